@@ -19,12 +19,10 @@ fn belt(items: usize) -> Pattern {
 
 /// Picks only, at slots of `slot` seconds.
 fn picks(slot: f64) -> BoundOptions {
-    BoundOptions {
-        slot_s: Some(slot),
-        ends: false,
-        schedule: false,
-        ..BoundOptions::default()
-    }
+    BoundOptions::default()
+        .with_slot_s(slot)
+        .with_ends(false)
+        .with_schedule(false)
 }
 
 fn run(station: &Station, pattern: &Pattern, options: &BoundOptions) -> f64 {
@@ -97,10 +95,7 @@ fn main() {
     // `cargo test --benches` passes --test: everything has run once then.
     if !std::env::args().any(|argument| argument == "--test") {
         ratios("picks at 0.1 s", &picks(0.1));
-        let whole = BoundOptions {
-            slot_s: Some(0.05),
-            ..BoundOptions::default()
-        };
+        let whole = BoundOptions::default().with_slot_s(0.05);
         ratios("everything at 0.05 s", &whole);
     }
 }

@@ -15,17 +15,15 @@ fn station(robots: usize) -> Station {
 
 /// A few patterns spread over the balanced set.
 fn patterns() -> Vec<Pattern> {
-    let recipe = Recipe {
-        belt: pickline::station::Belt {
+    let recipe = Recipe::new(
+        pickline::station::Belt {
             speed: 0.05,
             length: 4.2,
             width: 1.05,
         },
-        shape: Default::default(),
-        items: 150,
-        attributes: Default::default(),
-        seed: 1,
-    };
+        150,
+        1,
+    );
     PatternSource::Balanced(3).build(&recipe).unwrap().patterns
 }
 

@@ -1,8 +1,6 @@
 //! Compares robust and greedy dispatching rules (game theory) with a strategy that looks ahead.
 
-use pickline::optimize::Environment;
-use pickline::study::{self, CompareOptions};
-use pickline::{experiment, station, strategies};
+use pickline::{CompareOptions, Environment, experiment, station, strategies};
 use std::error::Error;
 use std::io::Write;
 
@@ -18,7 +16,7 @@ pub fn run(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
         .with_replicates(2)
         .with_bound(false)
         .with_strategy(strategies::parse("lookahead:depth=2")?);
-    let found = study::compare(&station, &cases, &options, &Environment::QUIET)?;
+    let found = pickline::compare(&station, &cases, &options, &Environment::QUIET)?;
 
     for case in &found.comparison.cases {
         writeln!(out, "{}", case.case.name)?;

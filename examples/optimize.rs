@@ -1,8 +1,6 @@
 //! Finds the best dispatching rule for each robot of a line, and checks it on fresh patterns.
 
-use pickline::optimize::Environment;
-use pickline::station;
-use pickline::study::{self, OptimizeOptions};
+use pickline::{Environment, OptimizeOptions, station};
 use std::error::Error;
 use std::io::Write;
 
@@ -16,7 +14,7 @@ pub fn run(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     let options = OptimizeOptions::default()
         .with_patterns("poisson:0.15:6".parse()?)
         .with_validation(10);
-    let found = study::optimize(&station, &options, &Environment::QUIET)?;
+    let found = pickline::optimize(&station, &options, &Environment::QUIET)?;
 
     for ranked in found.optimum.ranking.entries.iter().take(3) {
         let (rules, rate) = (ranked.assignment.to_string(), ranked.mean);

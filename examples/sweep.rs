@@ -1,9 +1,7 @@
 //! Finds how many robots a line needs until another one gains nothing.
 
 use pickline::experiment::Axis;
-use pickline::optimize::Environment;
-use pickline::station;
-use pickline::study::{self, SweepOptions};
+use pickline::{Environment, SweepOptions, station};
 use std::error::Error;
 use std::io::Write;
 
@@ -21,7 +19,7 @@ pub fn run(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
         .with_to(3.0)
         .with_patterns("poisson:0.15:2".parse()?)
         .with_bound(false);
-    let found = study::sweep(&station, &options, &Environment::QUIET)?;
+    let found = pickline::sweep(&station, &options, &Environment::QUIET)?;
 
     for (robots, methods) in found.sweep.values.iter().zip(&found.sweep.points) {
         let (rules, share) = (&methods[0].title, 100.0 * methods[0].picked_share);

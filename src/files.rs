@@ -259,7 +259,7 @@ pub fn fingerprint(content: impl AsRef<[u8]>) -> String {
 
 /// Starts a comment line in a CSV file; readers can be set to skip such lines (pandas:
 /// `read_csv(..., comment="#")`).
-pub const COMMENT: u8 = b'#';
+const COMMENT: u8 = b'#';
 
 /// Rows of fields as CSV text. A field is quoted if necessary, also if it contains the comment
 /// character.

@@ -43,19 +43,33 @@
 //!
 //! # Where to look
 //!
-//! What most programs need is at the root of the crate: a [`Station`], a [`Pattern`], a
-//! [`Scene`] that puts one on the other, a [`Strategy`] or a [`RuleAssignment`] to run with
-//! [`simulate`] or [`simulate_rules`], and the [`Error`] of all of it. Everything else is in its
-//! module.
+//! What most programs need is at the root of the crate:
 //!
+//! - to run one strategy: a [`Station`], a [`Pattern`], a [`Scene`] that puts one on the other, a
+//!   [`Strategy`] or a [`RuleAssignment`] to run with [`simulate`] or [`simulate_rules`];
+//! - to run a whole study: [`compare`], [`sweep`] and [`optimize`] with their options, and the
+//!   [`Environment`], which stops long work and receives its progress;
+//! - the [`Error`] of all of it.
+//!
+//! The modules hold what these are made of. Public is what a program that reads stations and
+//! patterns, writes a strategy, judges one or trains one needs, and what the other crates of the
+//! workspace share with the library: `files`, `names` and `plausible`. How it is done (search
+//! operators, relaxations, layers of networks, parts of the event loop) is private.
+//!
+//! Options and results are `#[non_exhaustive]`: options are made from a default by their methods
+//! `with_...`, as in `Grasp::default().with_starts(16)`, and both may get fields in any release.
+//! The plain data of the model can be written out: [`Item`], [`Belt`], [`Robot`],
+//! [`Outcome`] and what is in it, and what a strategy sees and answers
+//! ([`decision`]). They get no field without a new major version.
 //!
 //! A module may use the modules above it in this list, never those below it
 //! (`docs/architecture.md`).
 
-// What only the crate uses says so; the other crates of the workspace do not hold to it yet.
+// What only the crate uses says so.
 #![warn(unreachable_pub)]
 
 pub mod error;
+mod setters;
 pub mod kinematics;
 pub mod plausible;
 pub mod names;
@@ -82,6 +96,8 @@ pub mod study;
 pub use decision::{Outcome, Strategy};
 pub use dispatch::RuleAssignment;
 pub use error::{Error, ErrorKind, Result};
+pub use optimize::Environment;
 pub use pattern::{Item, Pattern};
 pub use sim::{Scene, simulate, simulate_rules};
 pub use station::{Belt, Robot, Station};
+pub use study::{CompareOptions, OptimizeOptions, SweepOptions, compare, optimize, sweep};

@@ -11,12 +11,13 @@ use std::fmt;
 
 /// A value that is allowed but most likely wrong.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Warning {
     /// File with key, or the flag.
     pub place: String,
     /// What is implausible, with the value found and the likely unit.
     pub problem: String,
-    /// How to fix it.
+    /// What to do if the value is wrong.
     pub cure: String,
 }
 
@@ -155,21 +156,22 @@ pub static BELT_SPEED: Quantity = speed("a belt speed", 5e-4, 5.0);
 /// Step between tested belt speeds [m/s].
 pub static SPEED_STEP: Quantity = speed("a step between belt speeds", 1e-6, 0.5);
 /// Length of a belt [m].
-pub static BELT_LENGTH: Quantity = length("a belt length", 0.1, 250.0);
+pub(crate) static BELT_LENGTH: Quantity = length("a belt length", 0.1, 250.0);
 /// Width of a belt [m].
 pub static BELT_WIDTH: Quantity = length("a belt width", 0.02, 5.0);
 /// Reach of an arm [m].
-pub static REACH: Quantity = length("a reach", 0.05, 5.0);
+pub(crate) static REACH: Quantity = length("a reach", 0.05, 5.0);
 /// Speed of an end effector [m/s].
-pub static ARM_SPEED: Quantity = speed("an end-effector speed", 0.01, 20.0);
+pub(crate) static ARM_SPEED: Quantity = speed("an end-effector speed", 0.01, 20.0);
 /// Dwell time at a grasp or a release [s].
-pub static DWELL: Quantity = time("a dwell time", 0.0, 10.0);
+pub(crate) static DWELL: Quantity = time("a dwell time", 0.0, 10.0);
 /// Distance between neighbouring bases along the belt [m].
-pub static BASE_GAP: Quantity = length("a distance between neighbouring bases", 0.0, 20.0);
+pub(crate) static BASE_GAP: Quantity = length("a distance between neighbouring bases", 0.0, 20.0);
 /// Distance of an item from the belt's centre line [m].
-pub static OFF_CENTRE: Quantity = length("a distance from the belt's centre line", 0.0, 2.5);
+pub(crate) static OFF_CENTRE: Quantity = length("a distance from the belt's centre line", 0.0, 2.5);
 /// Mean distance from one item to the next along the belt [m].
-pub static ITEM_GAP: Quantity = length("a mean distance between items along the belt", 0.0, 10.0);
+pub(crate) static ITEM_GAP: Quantity =
+    length("a mean distance between items along the belt", 0.0, 10.0);
 /// Position of an item along the belt, as a camera sees it [m]: from far upstream of the start to
 /// the end of the longest belt.
 pub static ITEM_PLACE: Quantity = length("a position along the belt", -25.0, 250.0);

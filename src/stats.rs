@@ -5,7 +5,7 @@ use rand::RngExt;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 /// Coverage of every reported interval.
-pub const CONFIDENCE: f64 = 0.95;
+pub(crate) const CONFIDENCE: f64 = 0.95;
 
 /// A closed interval `[low, high]`.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -54,31 +54,31 @@ impl Interval {
 
 /// Arithmetic mean. The values are summed in order, so the result does not depend on the number of
 /// threads.
-pub fn mean(values: &[f64]) -> f64 {
+pub(crate) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
 /// 95 % interval of the mean by Student's t. If all values are equal, the interval is that point.
 /// `None` for a single value, which does not show how others would scatter.
-pub fn mean_interval(values: &[f64]) -> Option<Interval> {
+pub(crate) fn mean_interval(values: &[f64]) -> Option<Interval> {
     let centre = mean(values);
     let squares: f64 = values.iter().map(|v| (v - centre) * (v - centre)).sum();
     interval_of(values.len(), centre, squares)
 }
 
 /// 95 % interval of the mean of shares, clamped to 0 to 1.
-pub fn share_mean_interval(shares: &[f64]) -> Option<Interval> {
+pub(crate) fn share_mean_interval(shares: &[f64]) -> Option<Interval> {
     mean_interval(shares).map(|interval| interval.within(0.0, 1.0))
 }
 
 /// 95 % interval of the mean of rates, clamped to 0 and above.
-pub fn rate_mean_interval(rates: &[f64]) -> Option<Interval> {
+pub(crate) fn rate_mean_interval(rates: &[f64]) -> Option<Interval> {
     mean_interval(rates).map(|interval| interval.within(0.0, f64::INFINITY))
 }
 
 /// 95 % interval by Student's t of the mean of `count` values with mean `centre` and sum of squared
 /// deviations `squares`; `None` for fewer than two values.
-pub fn interval_of(count: usize, centre: f64, squares: f64) -> Option<Interval> {
+pub(crate) fn interval_of(count: usize, centre: f64, squares: f64) -> Option<Interval> {
     if count < 2 {
         return None;
     }
@@ -101,7 +101,7 @@ pub fn interval_of(count: usize, centre: f64, squares: f64) -> Option<Interval> 
 /// half of them, and chooses the d that minimises the squared standard error of the rest, sum((v -
 /// mean)^2) / (n - d)^2; on a tie the smallest d. `None` if d is half of the values, which means
 /// that they have not settled.
-pub fn mser(values: &[f64]) -> Option<usize> {
+pub(crate) fn mser(values: &[f64]) -> Option<usize> {
     let n = values.len();
     if n < 2 {
         return (n == 1).then_some(0);
@@ -125,7 +125,7 @@ pub fn mser(values: &[f64]) -> Option<usize> {
 
 /// Mean of the worst `share` of the values (conditional value at risk; Rockafellar and Uryasev
 /// 2000, DOI 10.21314/JOR.2000.038); their number is rounded up. Reorders `values`.
-pub fn worst_mean(values: &mut [f64], share: f64) -> f64 {
+pub(crate) fn worst_mean(values: &mut [f64], share: f64) -> f64 {
     let count = ((share * values.len() as f64).ceil() as usize).clamp(1, values.len());
     if count < values.len() {
         values.select_nth_unstable_by(count - 1, f64::total_cmp);

@@ -1,4 +1,4 @@
-//! A list of all strategies: how each is written on the command line and created.
+//! A list of all strategies: how each is written and created.
 
 use crate::decision::Strategy;
 use crate::dispatch::{Rule, RuleAssignment, RuleStrategy};
@@ -13,11 +13,11 @@ use std::sync::Arc;
 
 /// One kind of strategy.
 pub struct StrategyKind {
-    /// The text before the colon.
+    /// The name: what is written before the colon.
     pub name: &'static str,
-    /// How it is written on the command line.
+    /// How it is written, with placeholders for what follows the colon.
     pub form: &'static str,
-    /// One line for help texts.
+    /// What the strategy does, in one line.
     pub summary: &'static str,
     /// Its options and their meanings.
     pub options: &'static [(&'static str, &'static str)],
@@ -87,10 +87,10 @@ pub static STRATEGIES: &[StrategyKind] = &[
     },
 ];
 
-/// How the built-in policy is written on the command line.
+/// How the built-in policy is written.
 pub const POLICY: &str = "onnx";
 /// Whether the program contains it.
-pub const HAS_POLICY: bool = cfg!(feature = "onnx");
+pub(crate) const HAS_POLICY: bool = cfg!(feature = "onnx");
 
 /// Whether `text` names a trained policy.
 pub fn is_policy(text: &str) -> bool {
@@ -155,7 +155,7 @@ fn read_policy(_: Option<&str>) -> Result<(Blueprint, Option<String>)> {
 }
 
 /// The line for which a strategy is created.
-pub struct Setup<'a> {
+pub(crate) struct Setup<'a> {
     /// Number of robots.
     pub robots: usize,
     /// Finds assignments that perform well on the line, best first. Only strategies that need
@@ -183,13 +183,13 @@ impl Blueprint {
         }
     }
 
-    /// How the strategy is written on the command line.
+    /// How the strategy is written, as [`parse`] reads it.
     pub fn name(&self) -> &str {
         &self.name
     }
 
     /// What it was trained on, if it is a policy with this information.
-    pub fn trained(&self) -> Option<&Trained> {
+    pub(crate) fn trained(&self) -> Option<&Trained> {
         self.trained.as_deref()
     }
 
@@ -235,7 +235,7 @@ impl Parsed {
     ///
     /// # Errors
     /// Rules for another number of robots, or a budget that the strategy has not or already has.
-    pub fn on(&self, setup: &Setup) -> Result<Blueprint> {
+    pub(crate) fn on(&self, setup: &Setup) -> Result<Blueprint> {
         if setup.allowance.asked.is_some() && !self.kind.budgeted {
             return Err(Error::usage(
                 "'budget_ms'",
@@ -246,11 +246,11 @@ impl Parsed {
         (self.make)(setup)
     }
 
-    /// Like [`Parsed::on`], for a line of `robots` robots about which nothing else is known.
-    /// Strategies that need a base get the paper's robust assignment.
+    /// The strategy for a line of `robots` robots about which nothing else is known. Strategies
+    /// that need a base get the paper's robust assignment.
     ///
     /// # Errors
-    /// As for [`Parsed::on`].
+    /// Options that the strategy rejects, or rules for another number of robots.
     pub fn alone(&self, robots: usize) -> Result<Blueprint> {
         let bases = || Ok(vec![default_assignment(robots)]);
         self.on(&Setup {
@@ -305,18 +305,10 @@ pub fn parse(text: &str) -> Result<Parsed> {
     ))
 }
 
-/// The strategy that `text` names, on the line of `setup`.
+/// The strategy that `text` names, for a line of `robots` robots as in [`Parsed::alone`].
 ///
 /// # Errors
-/// As for [`parse`] and [`Parsed::on`].
-pub fn read(text: &str, setup: &Setup) -> Result<Blueprint> {
-    parse(text)?.on(setup)
-}
-
-/// The strategy that `text` names, for a line as in [`Parsed::alone`].
-///
-/// # Errors
-/// As for [`parse`] and [`Parsed::on`].
+/// As for [`parse`] and [`Parsed::alone`].
 pub fn read_alone(text: &str, robots: usize) -> Result<Blueprint> {
     parse(text)?.alone(robots)
 }
@@ -366,12 +358,13 @@ mod tests {
             bases: &bases,
             allowance: Allowance::default(),
         };
+        let read = |text: &str| parse(text)?.on(&setup);
         for text in ["rules:SPT,FIFO", "SPT,FIFO", "[SPT; FIFO]"] {
-            let blueprint = read(text, &setup).unwrap();
+            let blueprint = read(text).unwrap();
             assert_eq!(blueprint.name(), "rules:SPT,FIFO");
             assert_eq!(blueprint.make().name(), blueprint.name());
         }
-        let ahead = read("lookahead:seed=3", &setup).unwrap();
+        let ahead = read("lookahead:seed=3").unwrap();
         assert_eq!(ahead.name(), "lookahead:seed=3");
         // Its full name contains what it was created with.
         assert_eq!(ahead.make().name(), "lookahead:bases=SPT+FIFO,seed=3");
@@ -385,7 +378,7 @@ mod tests {
             ("SPT,FOFI", "did you mean `FIFO`"),
             ("lookahead:sed=1", "did you mean `seed`"),
         ] {
-            let message = read(text, &setup).unwrap_err().to_string();
+            let message = read(text).unwrap_err().to_string();
             assert!(message.contains(word), "{message}");
             assert_eq!(read_alone(text, 2).unwrap_err().to_string(), message);
         }

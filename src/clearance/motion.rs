@@ -11,6 +11,7 @@ pub const TOLERANCE: f64 = 1e-4;
 
 /// The moment in a run at which two arms are closest to each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Clearance {
     /// Distance between the arms [m]; 0 if they cross.
     pub distance: f64,

@@ -81,7 +81,7 @@ impl Polygon {
         Self { corners }
     }
 
-    /// The area [m^2].
+    /// The enclosed area [m^2], never negative.
     pub(super) fn area(&self) -> f64 {
         let Some(&first) = self.corners.first() else {
             return 0.0;

@@ -12,15 +12,17 @@ const CORNERS: u32 = 128;
 
 /// The intersection of two regions.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Shared {
     /// The range along the travel [m].
     pub x: [f64; 2],
-    /// The area [m^2].
+    /// Area of the intersection [m^2].
     pub area: f64,
 }
 
 /// Two robots whose arms can touch.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Overlap {
     /// Indices of the robots, upstream first.
     pub robots: [usize; 2],
@@ -35,6 +37,7 @@ pub struct Overlap {
 
 /// How far apart the arms of a station stay.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Apart {
     /// The pairs of robots whose arms can touch, upstream first.
     pub overlaps: Vec<Overlap>,

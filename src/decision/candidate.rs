@@ -17,7 +17,7 @@ pub struct Candidate {
     pub x0: f64,
     /// Position across the belt, as reported [m].
     pub y: f64,
-    /// Object-specific reward.
+    /// Object-specific reward r of the item, 0 or more.
     pub weight: f64,
     /// First departure time at which the robot, from where it is now, meets it in its workspace once
     /// it knows of the item [s].
@@ -40,7 +40,7 @@ impl Candidate {
 /// Figures are computed on demand, so a rule only pays for those that it uses.
 #[derive(Debug, Clone, Copy)]
 pub struct Moment<'a> {
-    /// The deciding robot.
+    /// The robot that chooses among the candidates.
     pub robot: &'a Robot,
     /// Where its arm is: a bin, or its rest [m].
     pub from: Point2<f64>,

@@ -15,4 +15,5 @@ pub use outcome::{
     RobotFigures,
 };
 pub use snapshot::{BeltItem, Snapshot};
-pub use strategy::{Action, Strategy, answer};
+pub(crate) use strategy::answer;
+pub use strategy::{Action, Strategy};

@@ -34,7 +34,7 @@ pub enum FailureCause {
 }
 
 impl FailureCause {
-    /// The name used in files.
+    /// The name in files, in snake case.
     pub fn name(self) -> &'static str {
         self.into()
     }
@@ -46,7 +46,7 @@ pub struct Failure {
     /// The intended pick. The attempt occupies the robot just as long, until `release`, and claims
     /// the item until the end of the grasp.
     pub attempt: Pick,
-    /// Why it failed.
+    /// Why the attempt failed.
     pub cause: FailureCause,
 }
 
@@ -80,7 +80,7 @@ impl MissReason {
     /// All reasons; the first that applies is reported.
     pub const ALL: &'static [Self] = Self::VARIANTS;
 
-    /// The name used in files.
+    /// The name in files, in snake case.
     pub fn name(self) -> &'static str {
         self.into()
     }
@@ -91,7 +91,7 @@ impl MissReason {
 pub struct Miss {
     /// Index of the item in its pattern.
     pub item: u32,
-    /// Why it was not picked.
+    /// Why no robot picked the item.
     pub reason: MissReason,
 }
 
@@ -126,11 +126,11 @@ pub struct LeftItem {
 /// The figures of one robot.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct RobotFigures {
-    /// Number of picks.
+    /// Number of items that the robot picked.
     pub picked: usize,
     /// Sum of the rewards of the picked items.
     pub weight: f64,
-    /// Number of failed attempts.
+    /// Number of attempts that took time but picked nothing.
     pub failed: usize,
     /// Sum of the processing times, including failed attempts [s].
     pub busy: f64,
@@ -161,7 +161,7 @@ impl Figures {
     }
 
     /// The rate 60 k_i / T [1/min] for a part k_i of the picks, such as those of one robot.
-    pub fn rate_of(&self, picked: usize) -> f64 {
+    pub(crate) fn rate_of(&self, picked: usize) -> f64 {
         self.per_minute(picked as f64)
     }
 

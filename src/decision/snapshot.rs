@@ -15,7 +15,7 @@ pub struct BeltItem {
     pub x: f64,
     /// Position across the belt, as reported [m].
     pub y: f64,
-    /// Object-specific reward.
+    /// Object-specific reward r of the item, 0 or more.
     pub weight: f64,
     /// Its class on the station.
     pub class: ClassId,
@@ -50,7 +50,7 @@ impl<'a> Snapshot<'a> {
     }
 
     /// The decision in words, for messages: the robot and its candidates.
-    pub fn in_words(&self) -> String {
+    pub(crate) fn in_words(&self) -> String {
         const MOST: usize = 8;
         let moment = self.moment();
         let shown = self.candidates.iter().take(MOST);

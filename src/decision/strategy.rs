@@ -40,7 +40,7 @@ pub trait Strategy {
 ///
 /// # Errors
 /// If the model does not allow it; the error names the strategy, the decision and what it saw.
-pub fn answer(strategy: &mut dyn Strategy, snapshot: &Snapshot) -> Result<Action> {
+pub(crate) fn answer(strategy: &mut dyn Strategy, snapshot: &Snapshot) -> Result<Action> {
     let action = strategy.decide(snapshot);
     let problem = match action {
         Action::Pick(place) if place < snapshot.candidates.len() => return Ok(action),

@@ -15,14 +15,14 @@ pub enum CaseSource {
     Poisson(f64),
     /// A feed with this flow [1/min]; a profile may define its own flow.
     Feed(Feed, Option<f64>),
-    /// A recorded pattern.
+    /// The pattern in this CSV file.
     File(PathBuf),
 }
 
 /// A kind of pattern on which strategies are compared.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
-    /// Name in tables.
+    /// Name in tables and result files; no two cases of a comparison share one.
     pub name: String,
     /// Where its patterns come from.
     pub source: CaseSource,
@@ -32,7 +32,7 @@ pub struct Case {
 
 /// The paper's four cases with the item counts fitted to its Table 2
 /// (`docs/model.md`): radius or spacing [m], items, whether it is a grid.
-pub const PAPER: [(bool, f64, usize); 4] = [
+const PAPER: [(bool, f64, usize); 4] = [
     (true, 0.15, 50),
     (true, 0.3, 50),
     (false, 0.2, 29),
@@ -40,7 +40,7 @@ pub const PAPER: [(bool, f64, usize); 4] = [
 ];
 
 /// Dense cases, on which strategies differ most.
-pub const DENSE: [(bool, f64, usize); 4] = [
+const DENSE: [(bool, f64, usize); 4] = [
     (true, 0.15, 150),
     (false, 0.1, 150),
     (false, 0.12, 150),
@@ -93,7 +93,7 @@ impl Case {
     }
 
     /// Whether its patterns are generated rather than recorded.
-    pub fn is_generated(&self) -> bool {
+    pub(crate) fn is_generated(&self) -> bool {
         !matches!(self.source, CaseSource::File(_))
     }
 
@@ -102,7 +102,7 @@ impl Case {
     ///
     /// # Errors
     /// A profile that cannot be read, or an invalid flow.
-    pub fn expected_items(&self, belt: &Belt, items: Option<usize>) -> Result<f64> {
+    pub(crate) fn expected_items(&self, belt: &Belt, items: Option<usize>) -> Result<f64> {
         let items = items.unwrap_or(self.items);
         match &self.source {
             CaseSource::Feed(feed, flow) => {
@@ -115,9 +115,8 @@ impl Case {
         }
     }
 
-    /// The patterns on `belt`, each with the seed that `pickline pattern generate --seed` needs
-    /// to make it; `None` if nothing is random. Random cases are replicated with the seeds
-    /// `first_seed`, `first_seed + 1`, ...
+    /// The patterns on `belt`, each with the seed from which it is drawn; `None` if nothing is
+    /// random. Random cases are replicated with the seeds `first_seed`, `first_seed + 1`, ...
     ///
     /// # Errors
     /// A recorded pattern or a profile that cannot be read, or an invalid flow.

@@ -17,7 +17,7 @@ pub fn load_cases(name: &str) -> Result<Vec<Case>> {
         return Ok(cases);
     }
     let path = Path::new(name);
-    // Other commands accept this form for --patterns.
+    // A source of patterns has this form.
     if !path.exists() && is_feed(name) {
         return Err(Error::usage(
             "'cases'",
@@ -36,7 +36,7 @@ pub fn load_cases(name: &str) -> Result<Vec<Case>> {
     ))
 }
 
-/// Whether `name` has the form of a feed for `--patterns`: `random:20`, `profile:FILE`.
+/// Whether `name` has the form of a feed in a source of patterns: `random:20`, `profile:FILE`.
 fn is_feed(name: &str) -> bool {
     let kind = name.split_once(':').map(|(kind, _)| kind);
     kind.is_some_and(|kind| FEEDS.iter().any(|(name, _)| *name == kind))

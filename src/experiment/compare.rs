@@ -23,7 +23,7 @@ use rayon::prelude::*;
 /// # Errors
 /// A pattern that cannot be generated or read or that does not fit on the belt, an illegal
 /// action, or [`Interrupted`](crate::error::ErrorKind) before the first case is complete.
-pub fn compare(
+pub fn compare_methods(
     station: &Station,
     methods: Vec<Method>,
     cases: &[Case],

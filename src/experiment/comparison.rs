@@ -7,8 +7,9 @@ use crate::throughput::Throughput;
 
 /// One method on one case.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct MethodResult {
-    /// Its run on each pattern.
+    /// Its run on each pattern, in the order of [`CaseResult::seeds`].
     pub runs: Vec<MethodRun>,
     /// Mean share of the items picked.
     pub picked_share: f64,
@@ -33,8 +34,9 @@ pub struct MethodResult {
 
 /// All methods on one case.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct CaseResult {
-    /// The case.
+    /// The case, as it was given.
     pub case: Case,
     /// The seed of each pattern; `None` if the case is not random.
     pub seeds: Vec<Option<u64>>,
@@ -48,12 +50,13 @@ pub struct CaseResult {
 
 /// All methods on all cases.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Comparison {
-    /// The methods.
+    /// The methods, the one that the others are compared against first.
     pub methods: Vec<Method>,
     /// The completed cases; all of them unless the user stopped the comparison.
     pub cases: Vec<CaseResult>,
-    /// Number of planned cases.
+    /// Number of cases that were asked for; fewer are complete after a stop request.
     pub planned: usize,
     /// The seed of the first pattern of each random case.
     pub first_seed: u64,
@@ -61,6 +64,7 @@ pub struct Comparison {
 
 /// The bounds of one case.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct CaseBound {
     /// Upper bound on the number of items picked from each pattern.
     pub picks: Vec<usize>,

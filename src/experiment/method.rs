@@ -21,8 +21,9 @@ pub enum Method {
 
 /// The result of a method on one pattern.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct MethodRun {
-    /// The figures of the run.
+    /// What the run picked, and when it ended.
     pub figures: Figures,
     /// The steady state of the run, or why there is none.
     pub steady: std::result::Result<SteadyState, Unsteady>,
@@ -67,7 +68,7 @@ impl Method {
 
     /// On how many of `patterns` patterns, with `items` items in total, greedy GT for a line of
     /// `robots` robots can be computed in about a minute; `None` if on all of them.
-    pub fn greedy_limit(robots: usize, patterns: usize, items: f64) -> Option<usize> {
+    pub(crate) fn greedy_limit(robots: usize, patterns: usize, items: f64) -> Option<usize> {
         let passes: f64 = (1..=robots as i32)
             .map(|depth| (RULES.len() as f64).powi(depth))
             .sum();
@@ -75,7 +76,7 @@ impl Method {
         (afforded < 1.0).then_some((afforded * patterns as f64) as usize)
     }
 
-    /// The name in files.
+    /// The name in files: `robust_gt`, `greedy_gt`, or the strategy as it is written.
     pub fn id(&self) -> &str {
         match self {
             Self::Robust(_) => "robust_gt",
@@ -84,7 +85,7 @@ impl Method {
         }
     }
 
-    /// The name in tables.
+    /// The name in tables, for people.
     pub fn title(&self) -> String {
         match self {
             Self::Robust(rules) => format!("robust GT {rules}"),

@@ -13,12 +13,13 @@ mod sweep;
 mod training;
 
 pub use bounds::add_bounds;
-pub use case::{Case, CaseSource, DENSE, PAPER};
+pub use case::{Case, CaseSource};
 pub use case_file::load_cases;
-pub use compare::compare;
+pub use compare::compare_methods;
 pub use comparison::{CaseBound, CaseResult, Comparison, MethodResult};
 pub use draws::Draws;
-pub use method::{Method, policy_title};
-pub use range::{Range, ValueLimit, find_limits, round_step, step_between};
-pub use sweep::{AS_GOOD, Axis, Limit, Setting, Sweep, SweepBound, SweepPoint, sweep};
+pub use method::{Method, MethodRun, policy_title};
+pub(crate) use range::{Range, round_step, step_between};
+pub use range::{ValueLimit, find_limits};
+pub use sweep::{AS_GOOD, Axis, Limit, Setting, Sweep, SweepBound, SweepPoint, sweep_settings};
 pub use training::training_set;

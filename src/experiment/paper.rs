@@ -14,11 +14,11 @@ pub struct Printed {
 /// One of the paper's four cases.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PaperCase {
-    /// Robust GT.
+    /// Robust game theory (GT): one assignment of rules for all patterns.
     pub robust: Printed,
-    /// The RL policy.
+    /// The policy of reinforcement learning (RL).
     pub rl: Printed,
-    /// Greedy GT.
+    /// Greedy game theory (GT): the best assignment of rules for each pattern.
     pub greedy: Printed,
     /// Benefit of RL over robust GT [%], Table 3.
     pub benefit: f64,

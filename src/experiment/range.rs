@@ -9,8 +9,8 @@ use rayon::prelude::*;
 
 /// The values of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Range {
-    /// First value.
+pub(crate) struct Range {
+    /// First value, in the unit of the varied quantity.
     pub from: f64,
     /// Last value, included.
     pub to: f64,
@@ -26,7 +26,7 @@ impl Range {
     ///
     /// # Errors
     /// A range that is empty, reversed or far too fine.
-    pub fn values(&self) -> Result<Vec<f64>> {
+    pub(crate) fn values(&self) -> Result<Vec<f64>> {
         let Self { from, to, step } = *self;
         let wrong =
             |setting: &str, problem: String, cure: &str| Err(Error::usage(setting, problem, cure));
@@ -69,12 +69,12 @@ fn round_up(value: f64) -> f64 {
     ((value / power - 1e-9).ceil() * power * 1e12).round() / 1e12
 }
 
-/// Maximum number of rows of a sweep without --step.
+/// Maximum number of values of a sweep for which no step is given.
 pub(super) const ROWS: f64 = 30.0;
 
 /// The largest of the steps 1, 2, 5, 10, ... and their decimal fractions that is at most
 /// `most`.
-pub fn round_step(most: f64) -> f64 {
+pub(crate) fn round_step(most: f64) -> f64 {
     // A number that is already such a step stays the same, whatever the rounding.
     let most = most * (1.0 + 1e-9);
     let decade = 10f64.powf(most.log10().floor());
@@ -86,7 +86,7 @@ pub fn round_step(most: f64) -> f64 {
 }
 
 /// The smallest of those steps with which a sweep from `from` to `to` has at most `ROWS` rows.
-pub fn step_between(from: f64, to: f64) -> f64 {
+pub(crate) fn step_between(from: f64, to: f64) -> f64 {
     let least = (to - from) / (ROWS - 1.0);
     if least <= 0.0 {
         return to.max(f64::MIN_POSITIVE);
@@ -111,7 +111,7 @@ fn decimal(value: f64) -> f64 {
 
 impl Range {
     /// From `low` to `high` on multiples of a round step, with about `ROWS` values.
-    pub fn around(low: f64, high: f64) -> Self {
+    pub(crate) fn around(low: f64, high: f64) -> Self {
         let step = step_between(low, high);
         let from = decimal((low / step).floor().max(1.0) * step);
         let to = decimal((high / step).ceil().max(1.0) * step);
@@ -121,6 +121,7 @@ impl Range {
 
 /// Up to which value a method picks everything.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[non_exhaustive]
 pub struct ValueLimit {
     /// The highest value below the first miss; `None` if the first value misses an item.
     pub highest: Option<f64>,

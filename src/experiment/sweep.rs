@@ -60,7 +60,7 @@ impl Axis {
         }]
     }
 
-    /// The name on the command line.
+    /// The name: `speed`, `robots`, `spacing` or `reach`.
     pub fn name(self) -> &'static str {
         self.entry().1
     }
@@ -71,7 +71,7 @@ impl Axis {
         matches!(self, Self::Robots | Self::Reach)
     }
 
-    /// The unit.
+    /// The unit of the values: `m/s`, `m`, or `1` for robots.
     pub fn unit(self) -> &'static str {
         self.entry().2
     }
@@ -84,9 +84,9 @@ pub const AS_GOOD: f64 = 0.99;
 /// One value of the sweep: the line with this value, and the methods on it.
 #[derive(Debug, Clone)]
 pub struct Setting {
-    /// The value.
+    /// The varied quantity, in the unit of its [`Axis`].
     pub value: f64,
-    /// The line.
+    /// The station at this value.
     pub station: Station,
     /// The methods, of the same kinds in the same order at every value.
     pub methods: Vec<Method>,
@@ -94,6 +94,7 @@ pub struct Setting {
 
 /// One method at one value.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct SweepPoint {
     /// Its name in tables at this value.
     pub title: String,
@@ -121,6 +122,7 @@ pub struct SweepPoint {
 
 /// What no strategy can exceed at one value.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct SweepBound {
     /// Mean of the most items that can be picked, as a share of the items.
     pub picked_share: f64,
@@ -137,12 +139,13 @@ impl SweepBound {
     }
 }
 
-/// A whole sweep.
+/// The methods at all values of a sweep.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Sweep {
     /// The completed values; all of them unless the user stopped the sweep.
     pub values: Vec<f64>,
-    /// Number of planned values.
+    /// Number of values that were asked for; fewer are complete after a stop request.
     pub planned: usize,
     /// For each value, the methods in their order.
     pub points: Vec<Vec<SweepPoint>>,
@@ -156,6 +159,7 @@ pub struct Sweep {
 
 /// Up to which value of a sweep a condition held.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Limit {
     /// The highest value up to which it always held; `None` if it failed at the first value.
     pub highest: Option<f64>,
@@ -250,9 +254,9 @@ fn run_methods(
 /// on any number of threads. A stop request takes effect after a whole value.
 ///
 /// # Errors
-/// A pattern that does not fit on the belt, an illegal action, or [`Interrupted`](crate::error::ErrorKind) before
-/// the first value is complete.
-pub fn sweep(
+/// A pattern that does not fit on the belt, an illegal action, or
+/// [`Interrupted`](crate::error::ErrorKind) before the first value is complete.
+pub fn sweep_settings(
     settings: &[Setting],
     patterns: &[Pattern],
     conditions: &Conditions,

@@ -1,4 +1,4 @@
-//! Patterns similar to those of a comparison's cases, for training robust GT.
+//! Patterns similar to those of a comparison's cases, for training robust GT (game theory).
 
 use super::case::{Case, CaseSource};
 use crate::error::Result;

@@ -27,7 +27,7 @@ pub fn travel_time(dx: f64, dy: f64, belt_speed: f64, arm_speed: f64) -> f64 {
 
 /// Total time [s] of a pick: out, grasp, back along the same line, release.
 #[inline(always)]
-pub fn processing_time(travel: f64, grasp_time: f64, release_time: f64) -> f64 {
+pub(crate) fn processing_time(travel: f64, grasp_time: f64, release_time: f64) -> f64 {
     2.0 * travel + grasp_time + release_time
 }
 

@@ -11,9 +11,9 @@ pub trait Progress: Sync {
     fn advance(&self, steps: u64);
     /// What is being done within a long step.
     fn doing(&self, text: &str);
-    /// The best found so far.
+    /// The best result so far, in words.
     fn incumbent(&self, text: &str);
-    /// The stage is over.
+    /// The stage that began last is over.
     fn end(&self);
 }
 
@@ -31,7 +31,7 @@ impl Progress for Silent {
 
 /// Tells when work should end soon with the result it has.
 pub trait Stop: Sync {
-    /// Whether work should end.
+    /// Whether work should end as soon as it has a result.
     fn is_set(&self) -> bool;
 }
 

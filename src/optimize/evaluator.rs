@@ -16,6 +16,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The score of one assignment on the patterns.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Score {
     /// The objective on each pattern.
     pub values: Vec<f64>,
@@ -25,6 +26,7 @@ pub struct Score {
 
 /// The scores of a batch of assignments.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Evaluation {
     /// The assignments, in registry order.
     pub assignments: Vec<RuleAssignment>,
@@ -113,17 +115,17 @@ impl<'a> Evaluator<'a> {
         }
     }
 
-    /// The station.
+    /// The station on which assignments are scored.
     pub fn station(&self) -> &'a Station {
         self.station
     }
 
-    /// The objective.
+    /// The figure by which assignments are scored.
     pub fn objective(&self) -> Objective {
         self.objective
     }
 
-    /// The patterns.
+    /// The patterns on which assignments are scored.
     pub fn patterns(&self) -> &'a [Pattern] {
         self.patterns
     }
@@ -394,7 +396,7 @@ mod tests {
         let patterns: Vec<Pattern> = spacings
             .map(|spacing| grid(1.05, spacing, 12).unwrap())
             .collect();
-        let objective = Objective::MaxSpeed(SpeedScan { step: 0.01 });
+        let objective = Objective::MaxSpeed(SpeedScan::new(0.01, &station).unwrap());
         let all: Vec<RuleAssignment> = RuleAssignment::all(2).collect();
         let within = |most: u64| {
             let conditions = Conditions::default();

@@ -12,11 +12,13 @@ use super::objective::Risk;
 use crate::dispatch::{Rule, RuleAssignment};
 use crate::error::{Error, Result, shown_number};
 use crate::pattern::random_stream;
+use crate::setters::setters;
 
-/// Settings of the search.
+/// Settings of GRASP; by default 8 starts, alpha 0.3 and seed 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Grasp {
-    /// Number of starts.
+    /// Number of starts, at least 1.
     pub starts: usize,
     /// Width of the restricted candidate list: rules within this share of the span
     /// from the best to the worst are eligible. 0 is greedy, 1 is random.
@@ -35,8 +37,18 @@ impl Default for Grasp {
     }
 }
 
-/// What the search found.
+setters!(Grasp {
+    /// With this number of starts.
+    fn with_starts(starts: usize);
+    /// With this width of the restricted candidate list, from 0 (greedy) to 1 (random).
+    fn with_alpha(alpha: f64);
+    /// With this seed of the random choices.
+    fn with_seed(seed: u64);
+});
+
+/// What GRASP found.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct GraspOutcome {
     /// Best assignment found; `None` if the search was cut short before the first was scored.
     pub best: Option<RuleAssignment>,

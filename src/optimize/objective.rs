@@ -62,7 +62,7 @@ impl Objective {
         }
     }
 
-    /// The name on the command line.
+    /// The name by which it is chosen and which files have.
     pub fn name(&self) -> &'static str {
         self.entry().0
     }
@@ -87,9 +87,9 @@ impl Objective {
 /// How the figures of all patterns are combined into one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Risk {
-    /// The mean over patterns.
+    /// The mean over all patterns.
     Mean,
-    /// The worst pattern.
+    /// The figure of the worst pattern.
     Worst,
     /// The mean over the worst share of the patterns, above 0 and at most 1 (conditional value
     /// at risk).

@@ -32,7 +32,7 @@ const BESIDE: f64 = 0.1;
 /// # Errors
 /// An enumeration that does not fit into memory, a time limit reached before anything was
 /// scored, or [`Interrupted`](crate::error::ErrorKind) if the user stopped it before that.
-pub fn optimize(
+pub fn find_optimum(
     evaluator: &Evaluator,
     search: &Search,
     environment: &Environment,

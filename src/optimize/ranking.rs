@@ -11,8 +11,9 @@ use rayon::prelude::*;
 
 /// One assignment in the ranking.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Ranked {
-    /// The assignment.
+    /// The rule of each robot, upstream first.
     pub assignment: RuleAssignment,
     /// Mean of the objective over the patterns.
     pub mean: f64,
@@ -64,6 +65,7 @@ impl Ranked {
 
 /// All scored assignments, best first.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Ranking {
     /// The best first, then its contenders in the order in which the tie was broken, then the
     /// others by their aggregate.
@@ -164,7 +166,7 @@ impl Ranking {
         }))
     }
 
-    /// The winner.
+    /// The assignment that is ranked first.
     pub fn best(&self) -> &Ranked {
         &self.entries[0]
     }

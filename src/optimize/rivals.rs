@@ -10,8 +10,9 @@ use crate::strategies::Blueprint;
 
 /// One strategy, or the winner itself.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Rival {
-    /// Mean of the objective.
+    /// Mean of the objective over the patterns, in its unit.
     pub mean: f64,
     /// The objective aggregated under the risk used in the search.
     pub at_risk: f64,

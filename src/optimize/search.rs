@@ -5,9 +5,10 @@ use super::grasp::{Grasp, GraspOutcome};
 use super::objective::Risk;
 use super::ranking::Ranking;
 use super::speed_limit::SpeedScan;
+use crate::setters::setters;
 use std::time::Instant;
 
-/// The search method.
+/// How the best assignment is searched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SearchKind {
     /// Enumerates if that costs less than GRASP, and also runs GRASP if that adds almost
@@ -15,7 +16,7 @@ pub enum SearchKind {
     Auto,
     /// Enumerates all `6^N` assignments.
     Exhaustive,
-    /// GRASP.
+    /// Greedy randomised adaptive search (GRASP).
     Grasp,
     /// Both, to measure GRASP's gap to the optimum.
     Both,
@@ -24,21 +25,22 @@ pub enum SearchKind {
 /// Limit on the runs of a search, including those that break ties; a run is one assignment on
 /// one pattern at one speed. Runs are counted, not timed, so the result is the same on every
 /// machine. One assignment is always scored, because there is no result otherwise.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum MostRuns {
     /// A number that takes well under a minute on a typical machine.
+    #[default]
     Usual,
     /// A number that takes as long as this many passes of one robot over a pattern of
-    /// [`USUAL_ITEMS`] items.
+    /// 150 items.
     Passes(u64),
-    /// This many.
+    /// This number of runs.
     Of(u64),
     /// No limit.
     Any,
 }
 
 /// Items in a typical pattern. A run on a longer pattern takes proportionally longer.
-pub const USUAL_ITEMS: usize = 150;
+pub(super) const USUAL_ITEMS: usize = 150;
 /// Robot passes of a typical search. A run takes one pass per robot, so long lines get fewer
 /// runs.
 const PASSES: u64 = 36_000_000;
@@ -63,28 +65,37 @@ impl MostRuns {
 }
 
 /// How long a search may run. At the limit, it returns the best assignment so far.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct Limits {
-    /// Maximum number of runs.
+    /// Maximum number of runs, including those that break ties.
     pub runs: MostRuns,
     /// Time at which it must end; what is found by then depends on the machine.
     pub until: Option<Instant>,
 }
 
+setters!(Limits {
+    /// With this maximum number of runs.
+    fn with_runs(runs: MostRuns);
+    /// With this time at which the search must end.
+    fn with_until(until: impl Into<Option<Instant>>);
+});
+
 impl Limits {
-    /// No limits.
+    /// No limit on runs or time.
     pub const NONE: Self = Self {
         runs: MostRuns::Any,
         until: None,
     };
 }
 
-/// Settings of a search.
+/// Settings of a search for the best assignment.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Search {
-    /// The search method.
+    /// How the best assignment is searched.
     pub kind: SearchKind,
-    /// Settings of GRASP.
+    /// Settings of GRASP, if it runs.
     pub grasp: Grasp,
     /// How the patterns' figures are combined into one.
     pub risk: Risk,
@@ -94,6 +105,33 @@ pub struct Search {
     /// How long it may run.
     pub limits: Limits,
 }
+
+impl Default for Search {
+    /// The cheaper method, judged by the mean, with ties broken by speed limits, within the usual
+    /// number of runs.
+    fn default() -> Self {
+        Self {
+            kind: SearchKind::Auto,
+            grasp: Grasp::default(),
+            risk: Risk::Mean,
+            scan: Some(SpeedScan::default()),
+            limits: Limits::default(),
+        }
+    }
+}
+
+setters!(Search {
+    /// With this method.
+    fn with_kind(kind: SearchKind);
+    /// With these settings of GRASP.
+    fn with_grasp(grasp: Grasp);
+    /// With the figures of the patterns combined in this way.
+    fn with_risk(risk: Risk);
+    /// With ties broken by speed limits of this resolution, or without them.
+    fn with_scan(scan: impl Into<Option<SpeedScan>>);
+    /// With these limits.
+    fn with_limits(limits: Limits);
+});
 
 /// Why the search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr)]
@@ -119,14 +157,15 @@ impl StopReason {
     }
 }
 
-/// The result of a search.
+/// What a search for the best assignment found.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Optimum {
     /// The method that was used: never `Auto`.
     pub kind: SearchKind,
-    /// Why it ended.
+    /// Why the search ended.
     pub stop: StopReason,
-    /// The ranking.
+    /// The assignments that were scored, the best first.
     pub ranking: Ranking,
     /// What GRASP found, if it ran.
     pub grasp: Option<GraspOutcome>,

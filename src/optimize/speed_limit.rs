@@ -14,7 +14,7 @@ use crate::station::Station;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpeedScan {
     /// Resolution of the limit [m/s].
-    pub step: f64,
+    step: f64,
 }
 
 impl Default for SpeedScan {

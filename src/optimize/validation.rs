@@ -17,10 +17,11 @@ use rayon::prelude::*;
 
 /// Figures of one assignment on patterns that played no part in choosing it.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Validation {
     /// Number of patterns evaluated.
     pub patterns: usize,
-    /// Mean of the objective.
+    /// Mean of the objective over the fresh patterns, in its unit.
     pub value: f64,
     /// 95 % interval of the mean; `None` for a single pattern.
     pub interval: Option<Interval>,
@@ -44,6 +45,7 @@ pub struct Validation {
 
 /// Picks compared with the bound for every strategy.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Certificate {
     /// Number of patterns with a bound: the first of the fresh ones.
     pub patterns: usize,
@@ -181,6 +183,31 @@ fn certificate(
 /// The flow that a `max-speed` search recommends [m/s]: the smallest speed limit of its
 /// patterns (Huang et al.'s minimum-maximal part flow). `None` for other objectives, and if no
 /// speed picks every item of every pattern.
-pub fn chosen_flow(objective: Objective, best: &Ranked) -> Option<f64> {
+pub(crate) fn chosen_flow(objective: Objective, best: &Ranked) -> Option<f64> {
     (matches!(objective, Objective::MaxSpeed(_)) && best.worst > 0.0).then_some(best.worst)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optimize::SpeedScan;
+
+    #[test]
+    fn the_flow_is_the_smallest_speed_limit() {
+        let entry = |worst: f64| Ranked {
+            assignment: "SPT".parse().unwrap(),
+            mean: 0.5,
+            value: 0.4,
+            difference: None,
+            tied: true,
+            picked_share: 1.0,
+            worst,
+            worst_pattern: 0,
+            max_speed: None,
+        };
+        let by_speed = Objective::MaxSpeed(SpeedScan::default());
+        assert_eq!(chosen_flow(by_speed, &entry(0.3)), Some(0.3));
+        assert_eq!(chosen_flow(by_speed, &entry(0.0)), None);
+        assert_eq!(chosen_flow(Objective::PickingRate, &entry(0.3)), None);
+    }
 }

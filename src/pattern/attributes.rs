@@ -2,13 +2,14 @@
 
 use super::item::{Item, Pattern, is_amount, is_share};
 use crate::error::{Error, Result, known_names, shown, shown_number};
+use crate::setters::setters;
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
 use rand_distr::{Beta, Distribution as _, LogNormal};
 use std::fmt;
 use std::str::FromStr;
 
-/// A distribution in the form used on the command line, for example `lognormal:80,0.5`.
+/// A distribution, parsed from a text such as `lognormal:80,0.5`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Distribution {
     /// `const:V`: always V.
@@ -133,14 +134,24 @@ impl ValueRange {
 
 /// What generated items have besides their position; `None` leaves the field empty.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Attributes {
-    /// Area [cm^2].
+    /// Area of an item [cm^2].
     pub area_cm2: Option<Distribution>,
     /// Probability that the detection is a real item.
     pub p_detection: Option<Distribution>,
     /// Probability that a grasp succeeds.
     pub p_grasp: Option<Distribution>,
 }
+
+setters!(Attributes {
+    /// With areas [cm^2] from this distribution.
+    fn with_area_cm2(area_cm2: impl Into<Option<Distribution>>);
+    /// With probabilities that the detection is a real item from this distribution.
+    fn with_p_detection(p_detection: impl Into<Option<Distribution>>);
+    /// With probabilities that a grasp succeeds from this distribution.
+    fn with_p_grasp(p_grasp: impl Into<Option<Distribution>>);
+});
 
 impl Attributes {
     /// The pattern with these attributes drawn for every item, in index order.

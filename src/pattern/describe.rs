@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 /// Summary figures of one pattern.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Description {
     /// Number of items.
     pub items: usize,
@@ -25,7 +26,7 @@ pub struct Description {
     pub nearest_mean_m: Option<f64>,
     /// Smallest, mean and largest object-specific reward.
     pub reward: [f64; 3],
-    /// Sum of the rewards.
+    /// Sum of the rewards r of all items.
     pub reward_sum: f64,
     /// Number of items with an area.
     pub with_area: usize,

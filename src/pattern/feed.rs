@@ -1,6 +1,7 @@
 //! Feeds: ways in which items arrive.
 
 use crate::error::{Error, Result, shown_number};
+use crate::setters::setters;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -23,7 +24,7 @@ pub enum Feed {
 }
 
 /// Every feed by name, with a description. A profile also needs a file, so the list is by hand.
-pub const FEEDS: [(&str, &str); 6] = [
+pub(crate) const FEEDS: [(&str, &str); 6] = [
     ("grid", "rows and columns"),
     ("poisson", "Poisson disk, no two items close"),
     ("random", "Poisson process, items may overlap"),
@@ -45,7 +46,7 @@ impl Feed {
         })
     }
 
-    /// The feed's name in [`FEEDS`].
+    /// The name of the feed, for example `random`.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Grid => "grid",
@@ -82,6 +83,7 @@ impl fmt::Display for Feed {
 
 /// Parameters of the feeds other than the flow.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct FeedShape {
     /// Mean number of items in a cluster.
     pub cluster_size: f64,
@@ -104,6 +106,17 @@ impl Default for FeedShape {
         }
     }
 }
+
+setters!(FeedShape {
+    /// With this mean number of items in a cluster.
+    fn with_cluster_size(cluster_size: f64);
+    /// With this standard deviation of an item's distance from its cluster's centre [m].
+    fn with_cluster_spread(cluster_spread: f64);
+    /// With empty stretches of this mean length [m].
+    fn with_gap_length(gap_length: f64);
+    /// With this share of the belt in empty stretches.
+    fn with_gap_share(gap_share: f64);
+});
 
 impl FeedShape {
     /// Rejects parameters out of range; the error names the setting.

@@ -74,7 +74,7 @@ impl Feeder {
     }
 
     /// Expected number of items in a pattern of at most `count`; a profile may end earlier.
-    pub fn expected_items(&self, count: usize) -> f64 {
+    pub(crate) fn expected_items(&self, count: usize) -> f64 {
         let minutes = self.profile.as_ref().map(|p| p.duration() / 60.0);
         (count as f64).min(minutes.map_or(f64::INFINITY, |minutes| minutes * self.flow))
     }

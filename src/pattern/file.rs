@@ -22,8 +22,9 @@ const AREA: usize = 3;
 
 /// A pattern and the columns of its file that were ignored.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Loaded {
-    /// The pattern that was read.
+    /// The items of the file, sorted as a pattern is.
     pub pattern: Pattern,
     /// Names of the columns that were ignored.
     pub ignored: Vec<String>,

@@ -42,7 +42,7 @@ pub struct Item {
 }
 
 /// The logistic function.
-pub fn sigmoid(z: f64) -> f64 {
+fn sigmoid(z: f64) -> f64 {
     1.0 / (1.0 + (-z).exp())
 }
 

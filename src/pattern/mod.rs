@@ -21,15 +21,17 @@ mod training;
 
 pub use attributes::{Attributes, Distribution};
 pub use describe::{Description, describe};
-pub use feed::{FEEDS, Feed, FeedShape};
+pub(crate) use feed::FEEDS;
+pub use feed::{Feed, FeedShape};
 pub use feeder::Feeder;
 pub use file::{Loaded, load, parse, read, to_csv};
 pub use grid::grid;
-pub use item::{Item, Pattern, sigmoid};
+pub use item::{Item, Pattern};
 pub use poisson::poisson_disk;
 pub use recorded::is_pattern_name;
 pub use set::{PatternSet, PatternSource, Recipe};
-pub use training::{TrainingSet, grids_around};
+pub use training::TrainingSet;
+pub(crate) use training::grids_around;
 
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;

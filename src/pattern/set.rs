@@ -9,6 +9,7 @@ use super::poisson::poisson_disk;
 use super::random_stream;
 use super::recorded::{RecordedPatterns, files_of};
 use crate::error::{Error, Result, counted, shown_number};
+use crate::setters::setters;
 use crate::station::Belt;
 use rand::RngExt;
 use rayon::prelude::*;
@@ -22,7 +23,7 @@ const FEWEST_LONG: usize = 3;
 /// Patterns of each kind in the balanced set (Jermann et al., Table 1: 240 in total).
 pub(super) const BALANCED_EACH: usize = 120;
 
-/// The source of patterns, in the form given with `--patterns`.
+/// Where patterns come from. [`PatternSource::from_str`](std::str::FromStr) reads the forms below.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PatternSource {
     /// `balanced[:N]`: N grids and N Poisson disk patterns, with spacings and radii evenly spaced
@@ -36,7 +37,8 @@ pub enum PatternSource {
     Feed {
         /// How the items arrive.
         feed: Feed,
-        /// Items per minute [1/min]; `None` if `--flow` or a profile gives the flow.
+        /// Items per minute [1/min]; `None` if a profile gives the flow, or
+        /// [`PatternSource::with_flow`] adds it.
         flow: Option<f64>,
         /// Number of patterns.
         count: usize,
@@ -58,6 +60,7 @@ pub struct PatternSet {
 
 /// The parameters that all generated patterns of a set share.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Recipe {
     /// The belt: its width, and the speed to which the flow of a feed refers.
     pub belt: Belt,
@@ -67,9 +70,34 @@ pub struct Recipe {
     pub shape: FeedShape,
     /// What the items have besides their position.
     pub attributes: Attributes,
-    /// Master seed.
+    /// Master seed: each pattern of the set has its own stream of it.
     pub seed: u64,
 }
+
+impl Recipe {
+    /// Patterns of `items` items for `belt`, with the default shape of feeds and no attributes,
+    /// drawn from `seed`.
+    pub fn new(belt: Belt, items: usize, seed: u64) -> Self {
+        Self {
+            belt,
+            items,
+            shape: FeedShape::default(),
+            attributes: Attributes::default(),
+            seed,
+        }
+    }
+}
+
+setters!(Recipe {
+    /// With this number of items in each pattern.
+    fn with_items(items: usize);
+    /// With these parameters of the feeds.
+    fn with_shape(shape: FeedShape);
+    /// With these attributes of the items.
+    fn with_attributes(attributes: Attributes);
+    /// With this master seed.
+    fn with_seed(seed: u64);
+});
 
 impl PatternSource {
     /// The pattern files that the source reads.
@@ -100,7 +128,7 @@ impl PatternSource {
         }
     }
 
-    /// The source with the flow [1/min] given by `--flow`. `poisson:N` then means N patterns, as
+    /// The source with this flow [1/min], if there is one. `poisson:N` then means N patterns, as
     /// for the other feeds.
     ///
     /// # Errors
@@ -150,7 +178,7 @@ impl PatternSource {
     ///
     /// # Errors
     /// If a profile cannot be read or a flow is invalid.
-    pub fn expected_items(&self, recipe: &Recipe) -> Result<f64> {
+    pub(crate) fn expected_items(&self, recipe: &Recipe) -> Result<f64> {
         match self {
             Self::Feed { feed, flow, .. } => {
                 let feeder = Feeder::new(feed, *flow, &recipe.belt, recipe.shape)
@@ -243,7 +271,7 @@ impl PatternSource {
     ///
     /// # Errors
     /// If there are too many.
-    pub fn check_fresh(&self, recipe: &Recipe, count: usize) -> Result<()> {
+    pub(crate) fn check_fresh(&self, recipe: &Recipe, count: usize) -> Result<()> {
         let items = count as f64 * self.expected_items(recipe)?;
         self.check_items(recipe, count as f64, items, &format!("'validate' {count}"))
     }
@@ -253,7 +281,7 @@ impl PatternSource {
     ///
     /// # Errors
     /// If a profile cannot be read.
-    pub fn for_length(mut self, text: &str, recipe: &Recipe, items: f64) -> Result<Self> {
+    pub(crate) fn for_length(mut self, text: &str, recipe: &Recipe, items: f64) -> Result<Self> {
         let expected = self.expected_items(recipe)?;
         if let Self::Feed { feed, count, .. } = &mut self
             && feed.file().is_some()

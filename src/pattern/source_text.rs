@@ -1,4 +1,4 @@
-//! The text form of a source of patterns, as given with `--patterns`.
+//! The text form of a source of patterns.
 
 use super::feed::{FEEDS, Feed};
 use super::feeder::check_flow;
@@ -9,7 +9,7 @@ use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
-/// The form of every source, for messages; keep in sync with the help of `--patterns`.
+/// The form of every source, for messages; keep in sync with the help of the command line.
 const FORMS: &str = "balanced[:N], grid:SPACING, poisson:RADIUS[:N], a CSV file or a folder of \
      them; or by flow FEED[:F/min][:N], FEED being grid, poisson, random, clustered, gaps or \
      profile:FILE";
@@ -43,7 +43,7 @@ impl FromStr for PatternSource {
                 let place = source.place();
                 let problem = "not a known kind of pattern, and no such file or folder exists";
                 let cure = format!("write one of {FORMS}; {}", known_names(name, &known));
-                Err(match is_path(text) {
+                Err(match is_path(name) {
                     true => Error::path(place, problem, cure),
                     false => Error::usage(place, problem, cure),
                 })

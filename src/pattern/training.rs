@@ -10,8 +10,9 @@ const AROUND: f64 = 0.1;
 
 /// A set of patterns on which strategies are searched.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct TrainingSet {
-    /// The patterns.
+    /// The patterns to search on.
     pub set: PatternSet,
     /// Whether these are the same patterns on which strategies are judged, which must be reported.
     pub seen: bool,
@@ -45,7 +46,7 @@ impl PatternSource {
 ///
 /// # Errors
 /// If a spacing is not valid for a grid.
-pub fn grids_around(spacing: f64, recipe: &Recipe, count: usize) -> Result<PatternSet> {
+pub(crate) fn grids_around(spacing: f64, recipe: &Recipe, count: usize) -> Result<PatternSet> {
     let count = count.next_multiple_of(2).max(2);
     let share = |place: usize| 1.0 - AROUND + 2.0 * AROUND * place as f64 / (count - 1) as f64;
     let spacings: Vec<f64> = (0..count).map(|place| spacing * share(place)).collect();

@@ -1,5 +1,6 @@
 //! The computing budget of one decision.
 
+use crate::setters::setters;
 use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
 
@@ -31,6 +32,7 @@ impl Budget {
 
 /// The budget of a decision if a strategy's own options set none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Allowance {
     /// The budget that the user gave separately.
     pub asked: Option<Budget>,
@@ -46,6 +48,13 @@ impl Default for Allowance {
         }
     }
 }
+
+setters!(Allowance {
+    /// With this budget that the user gave, or none.
+    fn with_asked(asked: impl Into<Option<Budget>>);
+    /// With this budget if the user gives none.
+    fn with_otherwise(otherwise: Budget);
+});
 
 /// The cost of one decision so far.
 #[derive(Debug)]

@@ -12,5 +12,5 @@ mod search;
 
 pub use lookahead::Lookahead;
 pub use meter::{Allowance, Budget};
-pub(crate) use options::WrittenOptions;
-pub use options::{Goal, KEYS, LookaheadOptions};
+pub use options::{Goal, LookaheadOptions};
+pub(crate) use options::{KEYS, WrittenOptions};

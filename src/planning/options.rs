@@ -3,21 +3,23 @@
 use super::meter::{Allowance, Budget};
 use crate::dispatch::RuleAssignment;
 use crate::error::{Error, Result, known_names, shown};
+use crate::setters::setters;
 
-/// The primary objective.
+/// What plans maximise first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Goal {
     /// The number of items picked.
     #[default]
     Picks,
-    /// The sum of their weights.
+    /// The sum of the weights of the items picked.
     Weight,
 }
 
 /// Options of a [`super::Lookahead`].
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct LookaheadOptions {
-    /// The primary objective.
+    /// What plans maximise first.
     pub goal: Goal,
     /// The budget of a decision.
     pub budget: Budget,
@@ -52,8 +54,27 @@ impl Default for LookaheadOptions {
     }
 }
 
+setters!(LookaheadOptions {
+    /// With this primary objective.
+    fn with_goal(goal: Goal);
+    /// With this budget of a decision.
+    fn with_budget(budget: Budget);
+    /// With these base assignments, which every plan has to beat.
+    fn with_bases(bases: Vec<RuleAssignment>);
+    /// With plans that reach this far ahead [s].
+    fn with_horizon(horizon: f64);
+    /// With this number of decisions at which every candidate is tried.
+    fn with_depth(depth: usize);
+    /// With this number of partial plans kept from one of these decisions to the next.
+    fn with_width(width: usize);
+    /// With neighbourhood search or without it.
+    fn with_improve(improve: bool);
+    /// With this seed of the neighbourhood search.
+    fn with_seed(seed: u64);
+});
+
 /// Keys and their meanings, for help texts and errors.
-pub const KEYS: [(&str, &str); 9] = [
+pub(crate) const KEYS: [(&str, &str); 9] = [
     ("goal", "picks or weight: what is maximised [picks]"),
     ("budget", "simulated decisions per decision [4000]"),
     (

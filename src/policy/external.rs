@@ -13,7 +13,7 @@ const MOST_BYTES: u64 = 256 << 20;
 
 /// The files that contain weights of the policy in `file`, or that would by their usual name;
 /// empty if the file is not a policy.
-pub fn weight_files(file: &Path) -> Vec<PathBuf> {
+pub(crate) fn weight_files(file: &Path) -> Vec<PathBuf> {
     let mut name = file.as_os_str().to_owned();
     name.push(".data");
     let mut found = vec![PathBuf::from(name)];

@@ -16,11 +16,11 @@ use tract_onnx::pb::{
 };
 
 /// Input: observations [batch, observation], f32.
-pub const INPUT: &str = "observation";
+pub(crate) const INPUT: &str = "observation";
 /// Input: allowed actions [batch, actions], bool.
-pub const MASK: &str = "action_mask";
+pub(crate) const MASK: &str = "action_mask";
 /// Output: logits [batch, actions], f32; very negative for masked actions.
-pub const OUTPUT: &str = "logits";
+pub(crate) const OUTPUT: &str = "logits";
 
 const OPERATOR_SET: i64 = 17;
 /// The version of the format for that operator set.
@@ -28,7 +28,7 @@ const IR_VERSION: i64 = 8;
 
 /// A graph under construction. Values are identified by name.
 #[derive(Debug, Default)]
-pub struct GraphBuilder {
+pub(crate) struct GraphBuilder {
     nodes: Vec<NodeProto>,
     weights: Vec<TensorProto>,
 }
@@ -39,18 +39,18 @@ impl GraphBuilder {
     }
 
     /// A constant matrix or vector.
-    pub fn weight(&mut self, shape: &[usize], values: &[f32]) -> String {
+    pub(crate) fn weight(&mut self, shape: &[usize], values: &[f32]) -> String {
         let bytes = values.iter().flat_map(|v| v.to_le_bytes()).collect();
         self.tensor(DataType::Float, shape, bytes)
     }
 
     /// A constant number.
-    pub fn number(&mut self, value: f32) -> String {
+    pub(crate) fn number(&mut self, value: f32) -> String {
         self.weight(&[], &[value])
     }
 
     /// A constant list of integers.
-    pub fn integers(&mut self, values: &[i64]) -> String {
+    pub(crate) fn integers(&mut self, values: &[i64]) -> String {
         let bytes = values.iter().flat_map(|v| v.to_le_bytes()).collect();
         self.tensor(DataType::Int64, &[values.len()], bytes)
     }
@@ -69,13 +69,13 @@ impl GraphBuilder {
     }
 
     /// Adds a node with one output and returns the output's name.
-    pub fn node(&mut self, operator: &str, inputs: &[&str]) -> String {
+    pub(crate) fn node(&mut self, operator: &str, inputs: &[&str]) -> String {
         self.node_with(operator, inputs, &[])
     }
 
     /// The same with attributes. A single integer becomes an attribute of type int, a list one
     /// of type ints.
-    pub fn node_with(
+    pub(crate) fn node_with(
         &mut self,
         operator: &str,
         inputs: &[&str],
@@ -107,14 +107,14 @@ impl GraphBuilder {
     }
 
     /// Columns `from..to` of a matrix.
-    pub fn columns(&mut self, matrix: &str, from: usize, to: usize) -> String {
+    pub(crate) fn columns(&mut self, matrix: &str, from: usize, to: usize) -> String {
         let [from, to, axis] = [from as i64, to as i64, 1].map(|v| self.integers(&[v]));
         self.node("Slice", &[matrix, &from, &to, &axis])
     }
 
     /// The file of a graph from [`INPUT`] and [`MASK`] to [`OUTPUT`], which equals `logits` for
     /// allowed actions.
-    pub fn finish(
+    pub(crate) fn finish(
         mut self,
         logits: &str,
         (observation, actions): (usize, usize),
@@ -157,7 +157,7 @@ impl GraphBuilder {
 
 /// The value of a node's attribute.
 #[derive(Debug, Clone, Copy)]
-pub enum Attribute<'a> {
+pub(crate) enum Attribute<'a> {
     /// One integer.
     Int(i64),
     /// A list of integers.

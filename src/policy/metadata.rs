@@ -24,18 +24,18 @@ impl Metadata {
         metadata
     }
 
-    /// Adds an entry.
+    /// Adds an entry, or replaces the one with this key.
     pub fn set(&mut self, key: &str, value: impl Into<String>) {
         self.entries.insert(key.to_owned(), value.into());
     }
 
-    /// The entry with this key.
+    /// The value of `key`, which is written without the prefix.
     pub fn get(&self, key: &str) -> Option<&str> {
         self.entries.get(key).map(String::as_str)
     }
 
     /// Keys as written in the file, and values.
-    pub fn to_file(&self) -> impl Iterator<Item = (String, &str)> {
+    pub(crate) fn to_file(&self) -> impl Iterator<Item = (String, &str)> {
         let entries = self.entries.iter();
         entries.map(|(key, value)| (format!("{PREFIX}{key}"), value.as_str()))
     }

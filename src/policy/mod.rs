@@ -10,6 +10,10 @@ mod check;
 mod external;
 #[cfg(feature = "onnx")]
 mod graph;
+#[cfg_attr(
+    not(feature = "onnx"),
+    allow(dead_code, reason = "only networks write and read it")
+)]
 mod metadata;
 #[cfg(feature = "onnx")]
 mod model;
@@ -19,15 +23,19 @@ mod ports;
 mod seal;
 #[cfg(feature = "onnx")]
 mod strategy;
+#[cfg_attr(
+    not(feature = "onnx"),
+    allow(dead_code, reason = "only networks write and read it")
+)]
 mod trained;
 
 #[cfg(feature = "onnx")]
-pub use external::weight_files;
+pub(crate) use external::weight_files;
 #[cfg(feature = "onnx")]
-pub use graph::{Attribute, GraphBuilder, INPUT, MASK, OUTPUT};
+pub(crate) use graph::{Attribute, GraphBuilder, INPUT, MASK};
 pub use metadata::Metadata;
 #[cfg(feature = "onnx")]
 pub use model::{Policy, PolicyState};
 #[cfg(feature = "onnx")]
 pub use strategy::PolicyStrategy;
-pub use trained::{Extent, Outside, Trained};
+pub(crate) use trained::{Outside, Trained};

@@ -172,7 +172,7 @@ impl Policy {
         self.layout
     }
 
-    /// The file's metadata.
+    /// What the file says about its observation and its training.
     pub fn metadata(&self) -> &Metadata {
         &self.metadata
     }

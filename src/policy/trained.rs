@@ -18,30 +18,30 @@ const KEY: &str = "trained_on";
 
 /// The range of one quantity of lines.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Extent {
+pub(crate) struct Extent {
     /// Name of the quantity.
     pub quantity: String,
     /// Its unit; empty for counts.
     pub unit: String,
-    /// The smallest value.
+    /// The smallest value, in the unit of the quantity.
     pub low: f64,
-    /// The largest.
+    /// The largest value, in the unit of the quantity.
     pub high: f64,
 }
 
 /// The lines that a policy was trained on, as the ranges of their quantities.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
-pub struct Trained {
+pub(crate) struct Trained {
     extents: Vec<Extent>,
 }
 
 /// A quantity in which a line differs from everything that a policy was trained on.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Outside {
-    /// The line's range.
+pub(crate) struct Outside {
+    /// The range on the line that was asked about.
     pub line: Extent,
-    /// The range in training.
+    /// The range on the lines of the training.
     pub trained: Extent,
 }
 
@@ -83,7 +83,7 @@ fn extents(station: &Station) -> Vec<Extent> {
 impl Trained {
     /// The ranges over `stations`, each with its belt speed times `speed`, the lowest and the
     /// highest factor.
-    pub fn on(stations: &[Station], speed: (f64, f64)) -> Self {
+    pub(crate) fn on(stations: &[Station], speed: (f64, f64)) -> Self {
         let mut merged: Vec<Extent> = Vec::new();
         for mut extent in stations.iter().flat_map(extents) {
             if extent.quantity == "belt speed" {
@@ -102,14 +102,14 @@ impl Trained {
     }
 
     /// Writes the ranges into a policy's metadata.
-    pub fn write(&self, metadata: &mut Metadata) {
+    pub(crate) fn write(&self, metadata: &mut Metadata) {
         // Numbers and texts can always be written as JSON.
         metadata.set(KEY, serde_json::to_string(self).unwrap_or_default());
     }
 
     /// Reads the ranges from a policy's metadata; `None` if there are none. Older files have no
     /// ranges but the names of their stations, which are known if they are built in.
-    pub fn read(metadata: &Metadata) -> Option<Self> {
+    pub(crate) fn read(metadata: &Metadata) -> Option<Self> {
         if let Some(text) = metadata.get(KEY) {
             return serde_json::from_str(text).ok();
         }
@@ -131,7 +131,7 @@ impl Trained {
 
     /// The quantities in which `station` differs from the training; empty if it is within all
     /// ranges.
-    pub fn outside(&self, station: &Station) -> Vec<Outside> {
+    pub(crate) fn outside(&self, station: &Station) -> Vec<Outside> {
         let outside = |line: Extent| {
             let trained = self.extents.iter().find(|e| e.quantity == line.quantity)?;
             let outside = Outside {
@@ -146,7 +146,7 @@ impl Trained {
 
 impl Outside {
     /// How far the line is outside, as a share of the nearer end of the range.
-    pub fn excess(&self) -> f64 {
+    pub(crate) fn excess(&self) -> f64 {
         let (line, trained) = (&self.line, &self.trained);
         let share = |gap: f64, end: f64| {
             if gap <= 0.0 {
@@ -162,7 +162,7 @@ impl Outside {
     }
 
     /// Whether the line is far from the training in this quantity.
-    pub fn is_far(&self) -> bool {
+    pub(crate) fn is_far(&self) -> bool {
         self.excess() > FAR + SLACK
     }
 }

@@ -6,6 +6,7 @@
 
 use crate::error::Result;
 use crate::pattern::{Pattern, grid, poisson_disk, random_stream};
+use crate::setters::setters;
 use crate::sim::Scene;
 use crate::station::Station;
 use rand::RngExt;
@@ -19,11 +20,12 @@ pub type ClosedInterval = (f64, f64);
 /// How patterns and belt speeds are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Domain {
     /// Spacing of grids and radius of Poisson disk patterns [m]. Drawn as the square of a
     /// uniform number, so that dense patterns, on which decisions matter, are more frequent.
     pub spacing: ClosedInterval,
-    /// Items in each pattern.
+    /// Smallest and largest number of items in a pattern.
     pub items: (usize, usize),
     /// Share of grids among the patterns.
     pub grids: f64,
@@ -37,6 +39,21 @@ pub struct Domain {
     #[serde(default)]
     pub update_hz: f64,
 }
+
+setters!(Domain {
+    /// With grid spacings and Poisson disk radii from this interval [m].
+    fn with_spacing(spacing: ClosedInterval);
+    /// With numbers of items from this interval.
+    fn with_items(items: (usize, usize));
+    /// With this share of grids among the patterns.
+    fn with_grids(grids: f64);
+    /// With belt speeds from this interval, as multiples of the station's.
+    fn with_speed(speed: ClosedInterval);
+    /// With the densest patterns only after this share of the training.
+    fn with_curriculum(curriculum: f64);
+    /// With decisions only at multiples of `1 / update_hz` seconds; 0 for any time [Hz].
+    fn with_update_hz(update_hz: f64);
+});
 
 impl Domain {
     /// The domain of the built-in presets.
@@ -53,9 +70,9 @@ impl Domain {
 /// A pattern and the line for it.
 #[derive(Debug, Clone)]
 pub struct Course {
-    /// The line.
+    /// The station on which the pattern is picked.
     pub station: Station,
-    /// The pattern.
+    /// The items that arrive.
     pub pattern: Pattern,
 }
 

@@ -33,10 +33,10 @@ pub struct DispatchEnvironment<'a> {
     scene: usize,
 }
 
-/// The result of a step.
+/// What an action leads to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
-    /// The reward.
+    /// The reward of the action; at the end of an episode also that of the episode.
     pub reward: f64,
     /// The figures of the episode, if it is over.
     pub ended: Option<Figures>,

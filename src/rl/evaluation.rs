@@ -29,7 +29,7 @@ impl fmt::Display for TrialName {
 /// Patterns of one kind, with the results of rules on them.
 #[derive(Debug)]
 pub struct Trial<'a> {
-    /// Station and case.
+    /// The station and the case that it is judged on.
     pub name: TrialName,
     scenes: Vec<Scene<'a>>,
     /// Mean picking rate [1/min] of the robust assignment: SPT for all but the last robot, FIFO

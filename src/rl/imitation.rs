@@ -12,6 +12,7 @@ use super::reward::Reward;
 use crate::decision::observation::{Encoder, Layout};
 use crate::decision::{Action, Strategy, answer};
 use crate::error::Result;
+use crate::setters::setters;
 use crate::sim::{Run, Scene};
 use rand::Rng;
 use rand::seq::SliceRandom;
@@ -20,10 +21,11 @@ use serde::{Deserialize, Serialize};
 /// The expert and the amount of learning.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Imitation {
-    /// The expert, as written after `--strategy`.
+    /// The expert, as [`strategies::parse`](crate::strategies::parse) reads it.
     pub strategy: String,
-    /// Number of rounds.
+    /// Number of rounds, at least 1.
     pub rounds: usize,
     /// Number of patterns in each round.
     pub courses: usize,
@@ -33,8 +35,19 @@ pub struct Imitation {
     pub learning_rate: f32,
 }
 
+setters!(Imitation {
+    /// With this number of rounds.
+    fn with_rounds(rounds: usize);
+    /// With this number of patterns in each round.
+    fn with_courses(courses: usize);
+    /// With this number of passes over all answers after each round.
+    fn with_epochs(epochs: usize);
+    /// With this learning rate.
+    fn with_learning_rate(learning_rate: f32);
+});
+
 impl Imitation {
-    /// The defaults of `--imitate`.
+    /// The default amount of learning from this expert.
     pub fn of(strategy: &str) -> Self {
         Self {
             strategy: strategy.to_owned(),
@@ -48,7 +61,7 @@ impl Imitation {
 
 /// Answers of the expert, one row per decision.
 #[derive(Debug, Default)]
-pub struct Answers {
+pub(crate) struct Answers {
     /// Observations [rows, observation].
     observations: Vec<f32>,
     /// Masks [rows, actions].
@@ -60,26 +73,26 @@ pub struct Answers {
 }
 
 /// Who plays while the expert answers.
-pub enum Pupil<'a> {
+pub(crate) enum Pupil<'a> {
     /// The expert itself.
     Expert,
-    /// A network.
+    /// This network, with these parameters.
     Network(&'a Network, &'a [f32]),
 }
 
 impl Answers {
     /// Number of answers.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.actions.len()
     }
 
     /// Whether there are no answers.
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.actions.is_empty()
     }
 
     /// Appends the answers of another episode.
-    pub fn append(&mut self, mut other: Self) {
+    pub(crate) fn append(&mut self, mut other: Self) {
         self.observations.append(&mut other.observations);
         self.masks.append(&mut other.masks);
         self.actions.append(&mut other.actions);
@@ -91,7 +104,7 @@ impl Answers {
     ///
     /// # Errors
     /// The expert acts illegally.
-    pub fn collect(
+    pub(crate) fn collect(
         scene: &Scene,
         expert: &mut dyn Strategy,
         pupil: &Pupil,
@@ -146,7 +159,7 @@ impl Answers {
     /// Trains `learner` on the answers: cross entropy of the actions, squared error of the
     /// values. Of the `settings`, batch size, the weight of the value's loss and the limit of the
     /// gradient apply. Returns the terms of the last pass.
-    pub fn teach(
+    pub(crate) fn teach(
         &self,
         learner: &mut Learner,
         imitation: &Imitation,

@@ -23,7 +23,7 @@ pub use environment::{DispatchEnvironment, Step};
 pub use evaluation::{Trial, TrialName};
 #[cfg(feature = "onnx")]
 pub use export::export;
-pub use imitation::{Answers, Imitation, Pupil};
+pub use imitation::Imitation;
 pub use plan::{PRESETS, Plan, shape};
 pub use player::NetworkPlayer;
 pub use reward::Reward;

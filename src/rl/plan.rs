@@ -7,6 +7,7 @@ use super::ppo::{GROUP, PpoSettings};
 use super::reward::Reward;
 use crate::decision::observation::{Layout, View};
 use crate::error::{Error, Result, known_names, shown};
+use crate::setters::setters;
 use serde::{Deserialize, Serialize};
 
 /// Maximum number of samples of an update, which take some gigabytes of memory.
@@ -17,6 +18,7 @@ const ABOVE: &str = "give a number above 0";
 /// All settings of a training except its seed and stations.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Plan {
     /// Name of the preset on which it is based.
     pub preset: String,
@@ -26,13 +28,13 @@ pub struct Plan {
     pub slots: usize,
     /// Whether waiting is an action.
     pub wait: bool,
-    /// The network.
+    /// Layers and activation of the network.
     pub architecture: Architecture,
     /// The reward of an episode.
     pub reward: Reward,
-    /// The training domain.
+    /// How stations and patterns are drawn.
     pub domain: Domain,
-    /// Hyper-parameters of PPO.
+    /// Hyper-parameters of proximal policy optimisation (PPO).
     pub ppo: PpoSettings,
     /// The expert to imitate before the network plays on its own.
     pub imitation: Option<Imitation>,
@@ -44,6 +46,31 @@ pub struct Plan {
     /// fewer than seven phases.
     pub updates: usize,
 }
+
+setters!(Plan {
+    /// With the observation's view of this name.
+    fn with_view(view: &str);
+    /// With this number of slots.
+    fn with_slots(slots: usize);
+    /// With waiting as an action, or without it.
+    fn with_wait(wait: bool);
+    /// With this network.
+    fn with_architecture(architecture: Architecture);
+    /// With this reward of an episode.
+    fn with_reward(reward: Reward);
+    /// With this training domain.
+    fn with_domain(domain: Domain);
+    /// With these hyper-parameters of PPO.
+    fn with_ppo(ppo: PpoSettings);
+    /// With this expert imitated first, or none.
+    fn with_imitation(imitation: impl Into<Option<Imitation>>);
+    /// With this number of decisions to learn from.
+    fn with_steps(steps: u64);
+    /// With this number of patterns drawn for a phase.
+    fn with_courses(courses: usize);
+    /// With this maximum number of updates per phase.
+    fn with_updates(updates: usize);
+});
 
 /// The presets by name, with one line each for help texts.
 pub const PRESETS: [(&str, &str); 2] = [

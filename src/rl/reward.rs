@@ -22,12 +22,12 @@ impl Reward {
     };
 
     /// The reward for the pick of an item of reward `weight`.
-    pub fn of_pick(&self, weight: f64) -> f64 {
+    pub(crate) fn of_pick(&self, weight: f64) -> f64 {
         self.pick * weight
     }
 
     /// The reward at the end of an episode.
-    pub fn of_end(&self, figures: &Figures) -> f64 {
+    pub(crate) fn of_end(&self, figures: &Figures) -> f64 {
         self.rate * figures.weighted_rate()
     }
 }

@@ -34,15 +34,16 @@ struct CurveRow {
 /// The best network so far.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct BestNetwork {
-    /// Mean over trials of the rate as a multiple of greedy GT's rate.
+    /// Mean over trials of the rate as a multiple of greedy GT's rate (game theory).
     score: f64,
     steps: u64,
     parameters: Vec<f32>,
     rates: Vec<f64>,
 }
 
-/// A learning curve.
+/// How the picking rate of the network developed over the training.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Curve {
     /// The stations of the evaluation, as the user wrote them.
     pub stations: Vec<String>,
@@ -55,6 +56,7 @@ pub struct Curve {
 
 /// The quality of the network at one time.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct CurvePoint {
     /// Decisions learned from: the expert's answers and the network's own steps.
     pub decisions: u64,
@@ -80,14 +82,15 @@ pub struct TrainingResults<'a> {
 
 /// The record of a training, for reproducing it.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct Record {
-    /// The command line.
+    /// The command that started the training.
     pub command: String,
-    /// The program's version.
+    /// The version of pickline.
     pub version: String,
     /// The stations used in turn for training.
     pub stations: Vec<String>,
-    /// Master seed.
+    /// Master seed of the training.
     pub seed: u64,
     /// Number of decisions learned from.
     pub steps: u64,
@@ -95,16 +98,17 @@ pub struct Record {
     pub best_steps: u64,
     /// Wall time of this call [s].
     pub wall_time_s: f64,
-    /// All other settings.
+    /// All settings but the seed and the stations.
     pub plan: Plan,
-    /// Results of the evaluation.
+    /// Picking rates of the best network on each trial.
     pub trials: Vec<TrialRecord>,
 }
 
 /// A trial's figures [1/min].
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct TrialRecord {
-    /// Name of the trial.
+    /// Station and case, as in tables.
     pub name: String,
     /// Mean picking rate of [SPT; FIFO].
     pub robust: f64,
@@ -139,7 +143,7 @@ impl<'a> TrainingResults<'a> {
         })
     }
 
-    /// The state to store.
+    /// What a checkpoint has to store, so that the results go on after it.
     pub fn kept(&self) -> &Kept {
         &self.kept
     }
@@ -184,7 +188,7 @@ impl<'a> TrainingResults<'a> {
     /// A short description of the best network so far.
     pub fn summary(&self) -> String {
         match &self.kept.best {
-            Some(best) => format!("{:.1} % of greedy GT", 100.0 * best.score),
+            Some(best) => format!("{:.1} % of greedy GT (game theory)", 100.0 * best.score),
             None => "none".into(),
         }
     }
@@ -279,7 +283,7 @@ impl<'a> TrainingResults<'a> {
         figures.map(record).collect()
     }
 
-    /// The training record.
+    /// The settings and results of the training, for a file beside the policy.
     pub fn record(&self, trainer: &Trainer, command: &str, stations: &[String]) -> Record {
         Record {
             command: command.to_owned(),

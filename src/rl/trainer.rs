@@ -41,8 +41,9 @@ pub struct Trainer {
     steps: u64,
 }
 
-/// The results of a phase.
+/// What a phase of the training reached.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Phase {
     /// Number of decisions so far.
     pub steps: u64,
@@ -62,6 +63,7 @@ pub struct Phase {
 
 /// The results of a round of imitation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Round {
     /// Number of answers learned from so far.
     pub answers: usize,
@@ -72,10 +74,11 @@ pub struct Round {
 /// The state needed to resume a training.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Checkpoint {
-    /// The plan.
+    /// The settings of the training.
     pub plan: Plan,
-    /// Master seed.
+    /// Master seed of the training.
     pub seed: u64,
     /// Fingerprints of the stations.
     pub stations: Vec<String>,
@@ -85,9 +88,9 @@ pub struct Checkpoint {
     pub phase: u64,
     /// Number of completed decisions.
     pub steps: u64,
-    /// The network's parameters.
+    /// The parameters of the network, flat.
     pub parameters: Vec<f32>,
-    /// The optimiser's state.
+    /// The state of the optimiser Adam.
     pub adam: Adam,
 }
 
@@ -187,7 +190,7 @@ impl Trainer {
         }
     }
 
-    /// The plan.
+    /// The settings of the training.
     pub fn plan(&self) -> &Plan {
         &self.plan
     }
@@ -197,17 +200,17 @@ impl Trainer {
         self.layout
     }
 
-    /// The network.
+    /// The network, without its parameters.
     pub fn network(&self) -> &Network {
         &self.learner.network
     }
 
-    /// Its parameters.
+    /// The parameters of the network so far, flat.
     pub fn parameters(&self) -> &[f32] {
         &self.learner.parameters
     }
 
-    /// Master seed.
+    /// Master seed of the training.
     pub fn seed(&self) -> u64 {
         self.seed
     }
@@ -218,7 +221,7 @@ impl Trainer {
     }
 
     /// Hashes of the stations, as in result files.
-    pub fn station_hashes(&self) -> Vec<String> {
+    pub(crate) fn station_hashes(&self) -> Vec<String> {
         self.stations.iter().map(station_hash).collect()
     }
 

@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result, shown_number};
 use crate::pattern::{Item, random_stream};
+use crate::setters::setters;
 use rand::RngExt;
 use rand_distr::{Distribution as _, StandardNormal};
 
@@ -17,6 +18,7 @@ const POSITIONS: u64 = 0x706f_7369_7469_6f6e;
 /// What can go wrong; nothing by default. The draws depend only on seed, item and attempt, so that
 /// all strategies face the same random events (`docs/model.md`, disturbances).
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Disturbances {
     /// Whether grasps may fail. Each grasp succeeds with the item's `p_grasp`.
     pub grasp_failures: bool,
@@ -24,7 +26,7 @@ pub struct Disturbances {
     pub default_p_grasp: f64,
     /// Standard deviation of the error of reported positions, along and across the belt [m].
     pub position_noise: f64,
-    /// Seed of the random draws.
+    /// Seed of the random draws; the pattern with index i of a set uses this seed plus i.
     pub seed: u64,
 }
 
@@ -38,6 +40,17 @@ impl Default for Disturbances {
         }
     }
 }
+
+setters!(Disturbances {
+    /// With grasps that may fail, or not.
+    fn with_grasp_failures(grasp_failures: bool);
+    /// With this probability that a grasp succeeds for items that do not define it.
+    fn with_default_p_grasp(default_p_grasp: f64);
+    /// With this standard deviation of the error of reported positions [m].
+    fn with_position_noise(position_noise: f64);
+    /// With this seed.
+    fn with_seed(seed: u64);
+});
 
 impl Disturbances {
     /// Whether any disturbance is active.
@@ -93,15 +106,25 @@ impl Disturbances {
 
 /// The conditions under which a pattern is picked. The default is the plain model.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct Conditions {
     /// Decisions are only made at multiples of `1 / update_hz` seconds; 0 means at any time [Hz].
     pub update_hz: f64,
     /// Position of the camera [m]: only items that have passed it are known. Without a camera, an
     /// item is in view from the start of the belt, and its windows are those of the model.
     pub camera_x: Option<f64>,
-    /// What can go wrong.
+    /// What can go wrong while items are picked.
     pub disturbances: Disturbances,
 }
+
+setters!(Conditions {
+    /// With decisions only at multiples of `1 / update_hz` seconds; 0 for any time [Hz].
+    fn with_update_hz(update_hz: f64);
+    /// With a camera at this position [m], or without one.
+    fn with_camera_x(camera_x: impl Into<Option<f64>>);
+    /// With these disturbances.
+    fn with_disturbances(disturbances: Disturbances);
+});
 
 impl Conditions {
     /// The plain model with decisions only at multiples of `1 / hz` seconds.

@@ -67,7 +67,7 @@ impl<'a> Run<'a> {
         self.state.looks = looks;
     }
 
-    /// The scene of this run.
+    /// The scene that is simulated.
     pub fn scene(&self) -> &'a Scene<'a> {
         self.scene
     }

@@ -258,12 +258,12 @@ impl<'a> Scene<'a> {
         &self.conditions
     }
 
-    /// The station of the scene.
+    /// The station that picks.
     pub fn station(&self) -> &'a Station {
         self.station
     }
 
-    /// The pattern of the scene.
+    /// The pattern that is picked.
     pub fn pattern(&self) -> &'a Pattern {
         self.pattern
     }

@@ -8,6 +8,7 @@ use super::line::{Line, LineBins};
 use super::robot::{Bin, Robot, default_bin_name};
 use crate::error::{Error, Result, nearest_file, shown};
 use crate::files::{fingerprint, is_path};
+use crate::setters::setters;
 use crate::toml_file::{File, Section};
 use nalgebra::Point2;
 use std::fmt::Write as _;
@@ -19,23 +20,32 @@ const ROBOTS: &str = "'robots'";
 
 /// The strategy in the `strategy` key of a station file.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct SavedStrategy {
-    /// The text, in the form that `--strategy` takes.
+    /// The strategy as it is written, for example `rules:SPT,FIFO`.
     pub text: String,
     /// Where it was found, for messages.
     pub place: String,
 }
 
-/// Flags that override the values of a station file or a built-in station.
+/// Values that replace those of a station file or of a built-in station; none by default.
 #[derive(Debug, Clone, Copy, Default)]
+#[non_exhaustive]
 pub struct Overrides {
-    /// `--robots`: the number of identical robots on the line.
+    /// The number of identical robots on the line; `None` for as many as the station has.
     pub robots: Option<usize>,
-    /// `--belt-speed` [m/s].
+    /// The speed of the belt [m/s]; `None` for the station's.
     pub belt_speed: Option<f64>,
 }
 
-/// Loads the station named on the command line: the file with that name if there is one, otherwise
+setters!(Overrides {
+    /// With this number of identical robots, or the station's.
+    fn with_robots(robots: impl Into<Option<usize>>);
+    /// With this speed of the belt [m/s], or the station's.
+    fn with_belt_speed(belt_speed: impl Into<Option<f64>>);
+});
+
+/// Loads the station of this name: the file with that name if there is one, otherwise
 /// the built-in station.
 ///
 /// # Errors

@@ -5,6 +5,7 @@ use crate::error::Result;
 use crate::optimize::Environment;
 use crate::planning::Allowance;
 use crate::policy::Outside;
+use crate::setters::setters;
 use crate::station::Station;
 use crate::strategies::{Blueprint, Parsed};
 use std::cell::OnceCell;
@@ -32,28 +33,14 @@ impl Default for BlueprintOptions {
     }
 }
 
-impl BlueprintOptions {
+setters!(BlueprintOptions {
     /// With this master seed.
-    #[must_use]
-    pub fn with_seed(mut self, seed: u64) -> Self {
-        self.seed = seed;
-        self
-    }
-
-    /// With decisions at multiples of 1 / `hz` [s].
-    #[must_use]
-    pub fn with_update_hz(mut self, hz: f64) -> Self {
-        self.update_hz = hz;
-        self
-    }
-
+    fn with_seed(seed: u64);
+    /// With decisions at multiples of 1 / `update_hz` [s]; 0 for the exact time.
+    fn with_update_hz(update_hz: f64);
     /// With this budget of one decision.
-    #[must_use]
-    pub fn with_allowance(mut self, allowance: Allowance) -> Self {
-        self.allowance = allowance;
-        self
-    }
-}
+    fn with_allowance(allowance: Allowance);
+});
 
 /// `strategy` on the line of `station`. A strategy that looks ahead and names no bases gets the
 /// best assignments of a short search.

@@ -1,10 +1,12 @@
-//! Methods compared on cases: robust GT, greedy GT, the built-in policy and any strategy.
+//! Methods compared on cases: robust GT (game theory), greedy GT, the built-in policy and any
+//! strategy.
 
 use super::blueprint::policy_distance;
 use super::notes::{Note, condition_notes};
-use super::robust::{LineSearch, RobustTraining};
+use super::options::{MethodSettings, StudyOptions};
+use super::robust::LineSearch;
 use crate::error::{Error, Result, known_names, shown};
-use crate::experiment::{self, Case, Comparison, Draws, Method, add_bounds};
+use crate::experiment::{Case, Comparison, Draws, Method, add_bounds, compare_methods};
 use crate::optimize::Environment;
 use crate::planning::Allowance;
 use crate::sim::Conditions;
@@ -15,90 +17,45 @@ use std::sync::Arc;
 /// The highest accepted number of patterns per case; more are treated as a typing mistake.
 const MOST_REPLICATES: usize = 100_000;
 
-/// The settings of a comparison.
+/// The settings of a comparison. By default it has 100 patterns of each random case, robust GT
+/// (game theory), greedy GT, the built-in policy and the bound.
+pub type CompareOptions = StudyOptions<CompareSettings>;
+
+/// What only the settings of a comparison have.
 #[derive(Debug, Clone)]
-#[non_exhaustive]
-pub struct CompareOptions {
-    seed: u64,
+pub struct CompareSettings {
+    methods: MethodSettings,
     replicates: usize,
-    conditions: Conditions,
-    strategies: Vec<Arc<Parsed>>,
-    station_strategy: Option<Arc<Parsed>>,
-    training: RobustTraining,
-    greedy: bool,
     policy: bool,
-    bound: bool,
     reference: String,
 }
 
-impl Default for CompareOptions {
-    /// Seed 1, 100 patterns of each random case, nothing going wrong; robust GT, greedy GT, the
-    /// built-in policy and the bound.
+impl Default for CompareSettings {
     fn default() -> Self {
         Self {
-            seed: 1,
+            methods: MethodSettings {
+                greedy: true,
+                ..MethodSettings::default()
+            },
             replicates: 100,
-            conditions: Conditions::default(),
-            strategies: Vec::new(),
-            station_strategy: None,
-            training: RobustTraining::default(),
-            greedy: true,
             policy: true,
-            bound: true,
             reference: "robust_gt".into(),
         }
     }
 }
 
-impl CompareOptions {
-    /// With this master seed. Robust GT is found with it, the cases use the seeds after it.
-    #[must_use]
-    pub fn with_seed(mut self, seed: u64) -> Self {
-        self.seed = seed;
-        self
+impl AsMut<MethodSettings> for CompareSettings {
+    fn as_mut(&mut self) -> &mut MethodSettings {
+        &mut self.methods
     }
+}
 
+impl CompareOptions {
     /// With this number of patterns of each random case; if something can go wrong, of runs of
     /// each case.
     #[must_use]
     pub fn with_replicates(mut self, replicates: usize) -> Self {
-        self.replicates = replicates;
-        self
-    }
-
-    /// Under these conditions, with random events from the master seed.
-    #[must_use]
-    pub fn with_conditions(mut self, conditions: Conditions) -> Self {
-        self.conditions = conditions;
-        self
-    }
-
-    /// With another strategy among the methods.
-    #[must_use]
-    pub fn with_strategy(mut self, strategy: Parsed) -> Self {
-        self.strategies.push(Arc::new(strategy));
-        self
-    }
-
-    /// With the strategy that the station file names, before the others and unless it is one
-    /// of them.
-    #[must_use]
-    pub fn with_station_strategy(mut self, strategy: Option<Parsed>) -> Self {
-        self.station_strategy = strategy.map(Arc::new);
-        self
-    }
-
-    /// With robust GT from this training.
-    #[must_use]
-    pub fn with_training(mut self, training: RobustTraining) -> Self {
-        self.training = training;
-        self
-    }
-
-    /// With greedy GT or without it; it is always left out if it would take minutes.
-    #[must_use]
-    pub fn with_greedy(mut self, greedy: bool) -> Self {
-        self.greedy = greedy;
+        self.own.replicates = replicates;
         self
     }
 
@@ -106,14 +63,7 @@ impl CompareOptions {
     /// compared or if the line is far from its training.
     #[must_use]
     pub fn with_policy(mut self, policy: bool) -> Self {
-        self.policy = policy;
-        self
-    }
-
-    /// With the certified bound or without it.
-    #[must_use]
-    pub fn with_bound(mut self, bound: bool) -> Self {
-        self.bound = bound;
+        self.own.policy = policy;
         self
     }
 
@@ -121,7 +71,7 @@ impl CompareOptions {
     /// `greedy_gt` or a strategy as it is written.
     #[must_use]
     pub fn with_reference(mut self, method: &str) -> Self {
-        method.clone_into(&mut self.reference);
+        method.clone_into(&mut self.own.reference);
         self
     }
 }
@@ -148,7 +98,7 @@ pub struct Compared {
     pub comparison: Comparison,
     /// Number of completed cases whose bounds were computed, or were not asked for.
     pub bounded: usize,
-    /// Remarks on the result.
+    /// Remarks on what was left out, and on how the figures are to be read.
     pub notes: Vec<Note>,
 }
 
@@ -177,10 +127,10 @@ impl<'a> CompareStudy<'a> {
         cases: &'a [Case],
         options: &'a CompareOptions,
     ) -> Result<Self> {
-        if !(1..=MOST_REPLICATES).contains(&options.replicates) {
+        if !(1..=MOST_REPLICATES).contains(&options.own.replicates) {
             return Err(Error::usage(
                 "'replicates'",
-                format!("{} patterns per case", options.replicates),
+                format!("{} patterns per case", options.own.replicates),
                 format!("give 1 to {MOST_REPLICATES}"),
             ));
         }
@@ -208,7 +158,7 @@ impl<'a> CompareStudy<'a> {
             // Report an error before the long search for robust GT.
             strategy.alone(robots)?;
         }
-        options.training.check(robots)?;
+        options.own.methods.training.check(robots)?;
         study.choose_greedy()?;
         study.reference = study.find_reference()?;
         Ok(study)
@@ -226,19 +176,14 @@ impl<'a> CompareStudy<'a> {
 
     /// The built-in policy, the strategy of the station file and the others, in this order.
     fn choose_strategies(&mut self) -> Result<()> {
-        let options = self.options;
-        self.strategies.clone_from(&options.strategies);
-        if let Some(saved) = &options.station_strategy
-            && !self.strategies.iter().any(|s| s.text() == saved.text())
-        {
-            let note = Note::StationStrategy(saved.text().to_owned());
-            self.notes.push(note);
-            self.strategies.insert(0, Arc::clone(saved));
-        }
+        let own = &self.options.own;
+        let (strategies, note) = own.methods.strategies(&self.options.strategies);
+        self.strategies = strategies;
+        self.notes.extend(note);
         // The paper's third column, unless another policy replaces it or the line is far from
         // its training.
         let is_policy = |strategy: &Arc<Parsed>| strategies::is_policy(strategy.text());
-        if !HAS_POLICY || !options.policy || self.strategies.iter().any(is_policy) {
+        if !HAS_POLICY || !own.policy || self.strategies.iter().any(is_policy) {
             return Ok(());
         }
         let policy = strategies::parse(POLICY)?;
@@ -259,7 +204,7 @@ impl<'a> CompareStudy<'a> {
         let (mut items, mut most) = (0.0, 0);
         for case in self.cases {
             let patterns = match case.is_random() {
-                true => self.options.replicates,
+                true => self.options.own.replicates,
                 false => 1,
             };
             let one = case.patterns(self.station.belt(), 1, self.options.seed)?;
@@ -267,7 +212,7 @@ impl<'a> CompareStudy<'a> {
             items += patterns as f64 * length as f64;
             most = most.max(patterns);
         }
-        if !self.options.greedy {
+        if !self.options.own.methods.greedy {
             return Ok(());
         }
         match Method::greedy_limit(robots, most, items) {
@@ -282,7 +227,7 @@ impl<'a> CompareStudy<'a> {
         let mut ids = vec!["robust_gt"];
         ids.extend(self.greedy.then_some("greedy_gt"));
         ids.extend(self.strategies.iter().map(|strategy| strategy.text()));
-        let reference = &self.options.reference;
+        let reference = &self.options.own.reference;
         ids.iter().position(|id| id == reference).ok_or_else(|| {
             Error::usage(
                 "'reference'",
@@ -300,11 +245,11 @@ impl<'a> CompareStudy<'a> {
     pub fn run(&self, environment: &Environment) -> Result<Compared> {
         let (methods, mut notes) = self.find_methods(environment)?;
         let draws = Draws {
-            replicates: self.options.replicates,
+            replicates: self.options.own.replicates,
             first_seed: self.first_seed(),
             conditions: &self.conditions,
         };
-        let mut comparison = experiment::compare(
+        let mut comparison = compare_methods(
             self.station,
             methods,
             self.cases,
@@ -335,7 +280,7 @@ impl<'a> CompareStudy<'a> {
         let update_hz = self.conditions.update_hz;
         let line = LineSearch::new(station, options.seed, update_hz, environment);
         let line = line.under(&self.conditions);
-        let robust = line.robust(&options.training, |items| {
+        let robust = line.robust(&options.own.methods.training, |items| {
             line.like_cases(self.cases, items)
         })?;
         let mut notes = vec![robust.note()];

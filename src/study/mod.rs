@@ -1,4 +1,5 @@
-//! Whole studies of a line, one call each: what `pickline compare`, `sweep` and `optimize` run.
+//! Whole studies of a line, one call each: what the verbs of the program run that compute
+//! something.
 //!
 //! A study is made of a station and typed options, runs in an
 //! [`Environment`](crate::optimize::Environment) and returns data. It prints nothing.
@@ -8,24 +9,47 @@
 //! | [`compare`] | [`CompareStudy`] | [`Compared`] |
 //! | [`sweep`] | [`SweepStudy`] | [`Swept`] |
 //! | [`optimize`] | [`OptimizeStudy`] | [`Optimized`] |
+//! | [`game`] | [`GameStudy`] | [`PlayedGame`] |
+//! | [`bound`] | [`BoundStudy`] | [`PatternBounds`] |
+//! | [`simulate`] | [`SimulateStudy`] | [`SimulatedRun`] |
+#![cfg_attr(
+    feature = "onnx",
+    doc = "| [`train`] | [`TrainStudy`] | [`TrainedPolicy`] |"
+)]
 //!
 //! Making a study checks the options, so that no error is found only after minutes of work.
 //! Messages and notes name settings in single quotes, as [`crate::error`] says.
 
 mod blueprint;
+mod bound;
 mod compare;
+mod game;
 mod notes;
 mod optimize;
+mod options;
 mod part;
 mod patterns;
 mod robust;
+mod simulate;
 mod sweep;
+#[cfg(feature = "onnx")]
+mod train;
 mod values;
 
 pub use blueprint::{BlueprintOptions, PolicyDistance, blueprint, policy_distance};
-pub use compare::{CompareOptions, CompareStudy, Compared, compare};
-pub use notes::{Note, RobustBasis, RobustNote, RobustScope, condition_notes, set_notes};
-pub use optimize::{OptimizeOptions, OptimizeStudy, Optimized, ScoredRivals, optimize};
+pub use bound::{BoundStudy, BoundStudyOptions, PatternBounds, bound};
+pub use compare::{CompareOptions, CompareSettings, CompareStudy, Compared, compare};
+pub use game::{GameOptions, GameStudy, PlayedGame, game};
+pub use notes::{Note, RobustBasis, RobustNote, RobustScope, set_notes};
+pub use optimize::{
+    OptimizeOptions, OptimizeSettings, OptimizeStudy, Optimized, ScoredRivals, optimize,
+};
+pub use options::{MethodSettings, StudyOptions};
 pub use patterns::{ScoredPatterns, ScoredSet};
 pub use robust::RobustTraining;
-pub use sweep::{DEFAULT_GRID, SweepOptions, SweepStudy, Swept, sweep};
+pub use simulate::{SimulateOptions, SimulateStudy, SimulatedRun, simulate};
+pub use sweep::{DEFAULT_GRID, SweepOptions, SweepSettings, SweepStudy, Swept, sweep};
+#[cfg(feature = "onnx")]
+pub use train::{
+    SavedTraining, TrainOptions, TrainStudy, TrainedPolicy, TrainingEvent, TrainingLine, train,
+};

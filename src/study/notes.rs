@@ -2,7 +2,7 @@
 
 use crate::dispatch::RULES;
 use crate::pattern::PatternSet;
-use crate::sim::Conditions;
+use crate::sim::{Conditions, Scene};
 use std::fmt;
 
 /// A remark that belongs to a result. Its text names settings in single quotes, as
@@ -16,7 +16,7 @@ pub enum Note {
     StationStrategy(String),
     /// The built-in policy is not among the methods, because the line is far from its training.
     PolicyLeftOut {
-        /// How the line differs.
+        /// How the line differs from the training, in words.
         distance: String,
         /// How the policy is written as a strategy.
         policy: &'static str,
@@ -30,9 +30,9 @@ pub enum Note {
     },
     /// The full form of a strategy whose name is short for it.
     FullName {
-        /// The name in the result.
+        /// Its name in tables and files.
         name: String,
-        /// All its settings.
+        /// The strategy with all its settings, as it is written.
         full: String,
     },
     /// How the line differs from a policy's training.
@@ -41,24 +41,25 @@ pub enum Note {
     DistanceAtValues {
         /// Number of values at which the line differs.
         count: usize,
-        /// Number of values.
+        /// Number of all values of the sweep.
         all: usize,
-        /// The first of them.
+        /// The first value at which the line differs, in the unit of the quantity.
         first: f64,
-        /// How it differs there.
+        /// How the line at that value differs from the training, in words.
         distance: String,
     },
     /// Grasps may fail, but no item has a probability below 1.
     NothingFails,
     /// All items weigh the same, so that PP and FIFO are one rule.
     EqualWeights,
-    /// Something can go wrong, so the event loop simulates each assignment by itself.
-    SameLuck,
+    /// Something can go wrong, so the event loop simulates each assignment by itself, all of them
+    /// under common random numbers.
+    CommonRandomNumbers,
     /// Extended workspaces overlap on some patterns.
     Overlapping {
-        /// Number of these patterns.
+        /// Number of patterns with such items.
         overlapping: usize,
-        /// Number of patterns.
+        /// Number of all patterns of the set.
         patterns: usize,
     },
     /// The flow that a search for the highest speed recommends [m/s].
@@ -72,6 +73,13 @@ pub enum Note {
         /// Maximum number of fresh patterns used nevertheless.
         fresh: usize,
     },
+    /// The bound is that of the line on which nothing goes wrong.
+    UndisturbedBound {
+        /// Whether the camera's errors and its place do not matter, either.
+        camera: bool,
+    },
+    /// The time slots of the bound are long.
+    CoarseBound,
     /// The user stopped the work.
     Interrupted,
     /// There are no fresh patterns like those of this source.
@@ -86,9 +94,13 @@ const NOTHING_FAILS: &str = "no item has a p_grasp below 1, so no grasp fails; g
 const EQUAL_WEIGHTS: &str = "all items weigh the same, so PP picks like FIFO; give areas or probabilities \
      ('area', 'p_grasp') to tell them apart";
 
-/// The text of [`Note::SameLuck`].
-const SAME_LUCK: &str = "every assignment meets the same luck on a pattern; as something can go wrong, \
-     the general event loop simulates each assignment by itself";
+/// The text of [`Note::CommonRandomNumbers`].
+const COMMON_RANDOM_NUMBERS: &str = "all assignments are compared under common random numbers; as \
+     something can go wrong, the general event loop simulates each assignment by itself";
+
+/// The text of [`Note::CoarseBound`].
+const COARSE_BOUND: &str = "the bound is coarse: the pattern is so long that the slots are long, too; a \
+     shorter 'slot' gives a tighter bound, but takes more time and memory";
 
 /// The text of [`Note::NoFlow`].
 const NO_FLOW: &str = "no flow can be chosen: for some pattern no belt speed picks everything";
@@ -107,6 +119,18 @@ fn left_out(robots: usize, replicates: usize) -> String {
         "greedy GT (game theory) is left out: trying {}^{robots} assignments on every pattern \
          would take minutes{cure}",
         RULES.len()
+    )
+}
+
+/// The text of [`Note::UndisturbedBound`].
+fn undisturbed_bound(camera: bool) -> String {
+    let camera = match camera {
+        true => ", whatever the camera reports and when",
+        false => "",
+    };
+    format!(
+        "proven for every outcome of the random events: failures only cost time, so this is the \
+         bound of the line without failures{camera}; there is no schedule to compare it with"
     )
 }
 
@@ -135,7 +159,7 @@ impl fmt::Display for Note {
             ),
             Self::NothingFails => f.write_str(NOTHING_FAILS),
             Self::EqualWeights => f.write_str(EQUAL_WEIGHTS),
-            Self::SameLuck => f.write_str(SAME_LUCK),
+            Self::CommonRandomNumbers => f.write_str(COMMON_RANDOM_NUMBERS),
             Self::Overlapping {
                 overlapping,
                 patterns,
@@ -155,6 +179,8 @@ impl fmt::Display for Note {
                 "'time_limit' was reached: validated on at most {fresh} fresh patterns, without a \
                  bound"
             ),
+            Self::UndisturbedBound { camera } => f.write_str(&undisturbed_bound(*camera)),
+            Self::CoarseBound => f.write_str(COARSE_BOUND),
             Self::Interrupted => f.write_str(INTERRUPTED),
             Self::NotValidated(source) => {
                 write!(f, "no validation: cannot draw fresh patterns like {source}")
@@ -165,8 +191,9 @@ impl fmt::Display for Note {
 
 /// Where robust GT (game theory) comes from.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct RobustNote {
-    /// By what it is robust.
+    /// How the assignment was found.
     pub basis: RobustBasis,
     /// For which lines of a sweep it was found.
     pub scope: Option<RobustScope>,
@@ -180,12 +207,12 @@ pub enum RobustBasis {
     Given,
     /// It is the best on a training set.
     Best {
-        /// The training set.
+        /// Description of the patterns that it was found on.
         on: String,
     },
     /// It is the best on the paper's training set.
     PaperBest {
-        /// The training set.
+        /// Description of the patterns that it was found on.
         on: String,
         /// Whether the study itself has other conditions, which were left out.
         undisturbed: bool,
@@ -244,9 +271,17 @@ impl fmt::Display for RobustNote {
 
 /// Notes for a comparison under `conditions`. `generated` means that no pattern comes from
 /// a file.
-pub fn condition_notes(conditions: &Conditions, generated: bool) -> Vec<Note> {
+pub(crate) fn condition_notes(conditions: &Conditions, generated: bool) -> Vec<Note> {
     let nothing = generated && conditions.disturbances.never_fails(&[]);
     nothing.then_some(Note::NothingFails).into_iter().collect()
+}
+
+/// The note that nothing can fail on `scene`, although failures are asked for.
+pub(super) fn failure_note(scene: &Scene) -> Option<Note> {
+    let disturbances = &scene.conditions().disturbances;
+    disturbances
+        .never_fails(scene.pattern().items())
+        .then_some(Note::NothingFails)
 }
 
 /// Notes for any result on `set` under `conditions`, of which `patterns` patterns were used.
@@ -273,7 +308,7 @@ pub fn set_notes(
         if items.all(|items| conditions.disturbances.never_fails(items)) {
             notes.push(Note::NothingFails);
         }
-        notes.push(Note::SameLuck);
+        notes.push(Note::CommonRandomNumbers);
     } else if overlapping > 0 {
         notes.push(Note::Overlapping {
             overlapping,

@@ -3,17 +3,17 @@
 
 use super::blueprint::policy_distance;
 use super::notes::{Note, set_notes};
+use super::options::StudyOptions;
 use super::patterns::{ScoredPatterns, ScoredSet, other_luck, with_draws};
 use crate::error::Result;
 use crate::optimize::{
-    self, Environment, Evaluator, Grasp, Limits, MostRuns, Objective, Optimum, Risk, Rival, Search,
-    SearchKind, SpeedScan, StopReason, Validation, chosen_flow, rivals, validate,
+    Environment, Evaluator, Grasp, Limits, Objective, Optimum, Risk, Rival, Search, SearchKind,
+    SpeedScan, StopReason, Validation, chosen_flow, find_optimum, rivals, validate,
 };
 use crate::pattern::{PatternSet, PatternSource, Recipe};
 use crate::sim::Conditions;
 use crate::station::Station;
-use crate::strategies::{Blueprint, Parsed};
-use std::sync::Arc;
+use crate::strategies::Blueprint;
 use std::time::Instant;
 
 /// Default number of fresh patterns on which the winner is scored.
@@ -25,116 +25,80 @@ const FEWEST_FRESH: usize = 10;
 /// Maximum number of fresh patterns after the time limit.
 const FRESH_IN_A_HURRY: usize = 24;
 /// Number of grids, and of Poisson disk patterns, of the default set.
-const DEFAULT_BALANCED: usize = 120;
+pub(super) const DEFAULT_BALANCED: usize = 120;
 
-/// The settings of a search and of the validation of its winner.
+/// The settings of a search and of the validation of its winner. By default the picking rate on
+/// the balanced set is maximised within the usual number of runs, and the winner is validated and
+/// bounded.
+pub type OptimizeOptions = StudyOptions<OptimizeSettings>;
+
+/// What only the settings of a search have.
 #[derive(Debug, Clone)]
-#[non_exhaustive]
-pub struct OptimizeOptions {
-    seed: u64,
+pub struct OptimizeSettings {
     patterns: ScoredPatterns,
-    conditions: Conditions,
     objective: Objective,
     search: Search,
-    strategies: Vec<Arc<Parsed>>,
     fresh: Option<usize>,
-    bound: bool,
 }
 
-impl Default for OptimizeOptions {
-    /// The picking rate on the balanced set with seed 1, nothing going wrong, within the usual
-    /// number of runs, with validation and bound.
+impl Default for OptimizeSettings {
     fn default() -> Self {
         Self {
-            seed: 1,
             patterns: PatternSource::Balanced(DEFAULT_BALANCED).into(),
-            conditions: Conditions::default(),
             objective: Objective::PickingRate,
-            search: Search {
-                kind: SearchKind::Auto,
-                grasp: Grasp::default(),
-                risk: Risk::Mean,
-                scan: Some(SpeedScan::default()),
-                limits: Limits {
-                    runs: MostRuns::Usual,
-                    until: None,
-                },
-            },
-            strategies: Vec::new(),
+            search: Search::default(),
             fresh: None,
-            bound: true,
         }
     }
 }
 
 impl OptimizeOptions {
-    /// With this master seed. The search uses it, fresh patterns use the next.
-    #[must_use]
-    pub fn with_seed(mut self, seed: u64) -> Self {
-        self.seed = seed;
-        self
-    }
-
     /// With assignments scored on these patterns.
     #[must_use]
     pub fn with_patterns(mut self, patterns: ScoredPatterns) -> Self {
-        self.patterns = patterns;
-        self
-    }
-
-    /// Under these conditions, with random events from the master seed.
-    #[must_use]
-    pub fn with_conditions(mut self, conditions: Conditions) -> Self {
-        self.conditions = conditions;
+        self.own.patterns = patterns;
         self
     }
 
     /// With this figure maximised.
     #[must_use]
     pub fn with_objective(mut self, objective: Objective) -> Self {
-        self.objective = objective;
+        self.own.objective = objective;
         self
     }
 
     /// With this search method.
     #[must_use]
     pub fn with_kind(mut self, kind: SearchKind) -> Self {
-        self.search.kind = kind;
+        self.own.search.kind = kind;
         self
     }
 
     /// With these settings of GRASP; its seed is the master seed.
     #[must_use]
     pub fn with_grasp(mut self, grasp: Grasp) -> Self {
-        self.search.grasp = grasp;
+        self.own.search.grasp = grasp;
         self
     }
 
     /// With the figures of the patterns combined in this way.
     #[must_use]
     pub fn with_risk(mut self, risk: Risk) -> Self {
-        self.search.risk = risk;
+        self.own.search.risk = risk;
         self
     }
 
     /// With this resolution of the speed limits that break ties.
     #[must_use]
     pub fn with_scan(mut self, scan: SpeedScan) -> Self {
-        self.search.scan = Some(scan);
+        self.own.search.scan = Some(scan);
         self
     }
 
     /// With these limits on the search.
     #[must_use]
     pub fn with_limits(mut self, limits: Limits) -> Self {
-        self.search.limits = limits;
-        self
-    }
-
-    /// With another strategy scored beside the winner.
-    #[must_use]
-    pub fn with_strategy(mut self, strategy: Parsed) -> Self {
-        self.strategies.push(Arc::new(strategy));
+        self.own.search.limits = limits;
         self
     }
 
@@ -142,15 +106,7 @@ impl OptimizeOptions {
     /// fewer if they are long.
     #[must_use]
     pub fn with_validation(mut self, patterns: usize) -> Self {
-        self.fresh = Some(patterns);
-        self
-    }
-
-    /// With a bound on how far the winner is from the best that any strategy can do, or
-    /// without it.
-    #[must_use]
-    pub fn with_bound(mut self, bound: bool) -> Self {
-        self.bound = bound;
+        self.own.fresh = Some(patterns);
         self
     }
 }
@@ -181,7 +137,7 @@ pub struct Optimized {
     pub validation: Option<(Validation, String)>,
     /// The strategies beside the winner, if there are any.
     pub rivals: Option<ScoredRivals>,
-    /// Remarks on the result.
+    /// Remarks on what was left out, and on how the figures are to be read.
     pub notes: Vec<Note>,
 }
 
@@ -195,7 +151,7 @@ pub struct ScoredRivals {
     pub names: Vec<String>,
     /// The description of the patterns.
     pub patterns: String,
-    /// Number of patterns.
+    /// Number of patterns on which each was scored.
     pub count: usize,
 }
 
@@ -220,11 +176,14 @@ impl<'a> OptimizeStudy<'a> {
     /// # Errors
     /// Settings that do not fit the line, or a set that cannot be generated or read.
     pub fn new(station: &'a Station, options: &'a OptimizeOptions) -> Result<Self> {
-        options.search.risk.checked()?;
+        options.own.search.risk.checked()?;
         let conditions = options.conditions.with_seed(options.seed);
         conditions.check()?;
-        let set = options.patterns.draw(station, options.seed, &conditions)?;
-        let fresh = match options.fresh {
+        let set = options
+            .own
+            .patterns
+            .draw(station, options.seed, &conditions)?;
+        let fresh = match options.own.fresh {
             Some(count) => count,
             // Fewer long patterns are as informative.
             None => {
@@ -237,18 +196,13 @@ impl<'a> OptimizeStudy<'a> {
         let robots = station.robots().len();
         let strategies = options.strategies.iter();
         let strategies = strategies.map(|strategy| strategy.alone(robots));
-        let grasp = Grasp {
-            seed: options.seed,
-            ..options.search.grasp
-        };
+        let search = &options.own.search;
+        let grasp = search.grasp.with_seed(options.seed).checked()?;
         Ok(Self {
             station,
             options,
             conditions,
-            search: Search {
-                grasp: grasp.checked()?,
-                ..options.search
-            },
+            search: search.with_grasp(grasp),
             set,
             strategies: strategies.collect::<Result<_>>()?,
             fresh,
@@ -268,7 +222,7 @@ impl<'a> OptimizeStudy<'a> {
     pub fn run(&self, environment: &Environment) -> Result<Optimized> {
         let set = self.set.scored();
         let evaluator = self.evaluator(set, &self.conditions)?;
-        let mut optimum = optimize::optimize(&evaluator, &self.search, environment)?;
+        let mut optimum = find_optimum(&evaluator, &self.search, environment)?;
         let until = self.search.limits.until;
         let short = until.is_some_and(|until| Instant::now() >= until);
         let count = match short {
@@ -336,7 +290,7 @@ impl<'a> OptimizeStudy<'a> {
         set: &'s PatternSet,
         conditions: &Conditions,
     ) -> Result<Evaluator<'s>> {
-        let objective = self.options.objective;
+        let objective = self.options.own.objective;
         Evaluator::new(self.station, &set.patterns, objective, conditions)
     }
 
@@ -352,7 +306,7 @@ impl<'a> OptimizeStudy<'a> {
         validate(
             evaluator,
             &best.assignment,
-            chosen_flow(self.options.objective, best),
+            chosen_flow(self.options.own.objective, best),
             self.search.risk,
             &other_luck(&self.conditions),
             certify,
@@ -388,9 +342,9 @@ impl<'a> OptimizeStudy<'a> {
         let independent = evaluator.independent_patterns();
         let set = self.set.scored();
         let mut notes = set_notes(set, &self.conditions, independent, count);
-        if matches!(self.options.objective, Objective::MaxSpeed(_)) {
+        if matches!(self.options.own.objective, Objective::MaxSpeed(_)) {
             let best = optimum.ranking.best();
-            notes.push(match chosen_flow(self.options.objective, best) {
+            notes.push(match chosen_flow(self.options.own.objective, best) {
                 Some(_) if optimum.patterns < count => Note::NoFlowYet,
                 Some(flow) => Note::ChosenFlow(flow),
                 None => Note::NoFlow,

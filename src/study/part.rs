@@ -6,7 +6,7 @@ use crate::optimize::Progress;
 pub(super) struct PartProgress<'p> {
     /// Receives the progress of the whole study.
     pub whole: &'p dyn Progress,
-    /// The name of the part.
+    /// What the part of the work is called in progress reports.
     pub part: String,
 }
 

@@ -41,7 +41,7 @@ impl From<PatternSource> for ScoredPatterns {
 impl FromStr for ScoredPatterns {
     type Err = Error;
 
-    /// Parses what follows `--patterns`. A profile without a number of patterns gives fewer of
+    /// Parses a source of patterns. A profile without a number of patterns gives fewer of
     /// them if each is long.
     fn from_str(text: &str) -> Result<Self> {
         Ok(Self {
@@ -192,13 +192,13 @@ pub(super) fn with_draws(set: &PatternSet, count: usize) -> PatternSet {
     let places = (0..count.max(one_each)).map(|place| (place % one_each, place / one_each + 1));
     let (labels, patterns) = places
         .map(|(of, draw)| {
-            let label = format!("{}, luck {draw}", set.labels[of]);
+            let label = format!("{}, replication {draw}", set.labels[of]);
             (label, set.patterns[of].clone())
         })
         .unzip();
     PatternSet {
         description: format!(
-            "{}, {} runs, each with its own luck",
+            "{}, {} runs, each with independent random numbers",
             set.description,
             count.max(one_each)
         ),

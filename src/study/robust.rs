@@ -7,8 +7,8 @@ use crate::dispatch::RuleAssignment;
 use crate::error::{Error, Result};
 use crate::experiment::{Case, training_set};
 use crate::optimize::{
-    self, Environment, Evaluator, Grasp, Limits, MostRuns, Objective, Optimum, Ranked, Risk,
-    Search, SearchKind, SpeedScan,
+    Environment, Evaluator, Grasp, Limits, MostRuns, Objective, Optimum, Ranked, Search, SpeedScan,
+    find_optimum,
 };
 use crate::pattern::{PatternSet, PatternSource, Recipe, TrainingSet};
 use crate::planning::Allowance;
@@ -172,17 +172,11 @@ impl<'a> LineSearch<'a> {
         runs: MostRuns,
     ) -> Result<Optimum> {
         let evaluator = Evaluator::new(self.station, &set.patterns, objective, conditions)?;
-        let search = Search {
-            kind: SearchKind::Auto,
-            grasp: Grasp {
-                seed: self.seed,
-                ..Grasp::default()
-            },
-            risk: Risk::Mean,
-            scan,
-            limits: Limits { runs, until: None },
-        };
-        let optimum = optimize::optimize(&evaluator, &search, &self.environment)?;
+        let search = Search::default()
+            .with_grasp(Grasp::default().with_seed(self.seed))
+            .with_scan(scan)
+            .with_limits(Limits::default().with_runs(runs));
+        let optimum = find_optimum(&evaluator, &search, &self.environment)?;
         if self.environment.stopped() {
             return Err(Error::interrupted());
         }
@@ -363,14 +357,17 @@ fn on(set: &PatternSet, optimum: &Optimum, conditions: &Conditions) -> String {
     }
     let conditions = conditions.describe();
     if !conditions.is_empty() {
-        text += &format!(" ({}, with different luck)", conditions.join("; "));
+        text += &format!(
+            " ({}, with independent random numbers)",
+            conditions.join("; ")
+        );
     }
     text
 }
 
 /// Robust GT and other results of its search.
 pub(super) struct RobustGt {
-    /// The assignment.
+    /// The rule of each robot, upstream first.
     pub rules: RuleAssignment,
     /// Where it comes from.
     pub basis: RobustBasis,

@@ -2,12 +2,13 @@
 
 use super::blueprint::policy_distance;
 use super::notes::{Note, RobustNote, RobustScope, condition_notes};
+use super::options::{MethodSettings, StudyOptions};
 use super::part::PartProgress;
 use super::patterns::ScoredPatterns;
 use super::robust::{LineSearch, RobustGt, RobustTraining};
 use super::values::{self, LineAt, ValueOptions};
 use crate::error::Result;
-use crate::experiment::{self, Axis, Method, Setting, Sweep};
+use crate::experiment::{Axis, Method, Setting, Sweep, sweep_settings};
 use crate::optimize::Environment;
 use crate::pattern::{PatternSet, PatternSource, Recipe};
 use crate::planning::Allowance;
@@ -19,36 +20,31 @@ use std::sync::Arc;
 /// Spacing [m] and number of items of the default pattern, a grid.
 pub const DEFAULT_GRID: (f64, usize) = (0.15, 50);
 
-/// The settings of a sweep.
+/// The settings of a sweep. By default the belt speed is varied around the line's limit, on the
+/// grid of 0.15 m, with robust GT (game theory) and the bound.
+pub type SweepOptions = StudyOptions<SweepSettings>;
+
+/// What only the settings of a sweep have.
 #[derive(Clone)]
-#[non_exhaustive]
-pub struct SweepOptions {
-    pub(super) values: ValueOptions,
-    seed: u64,
+pub struct SweepSettings {
+    methods: MethodSettings,
+    values: ValueOptions,
     patterns: ScoredPatterns,
-    conditions: Conditions,
-    strategies: Vec<Arc<Parsed>>,
-    station_strategy: Option<Arc<Parsed>>,
-    training: RobustTraining,
-    greedy: bool,
-    bound: bool,
 }
 
-impl Default for SweepOptions {
-    /// A sweep of the belt speed around the line's limit on the grid of 0.15 m, with seed 1,
-    /// robust GT and the bound.
+impl Default for SweepSettings {
     fn default() -> Self {
         Self {
+            methods: MethodSettings::default(),
             values: ValueOptions::default(),
-            seed: 1,
             patterns: PatternSource::Grid(DEFAULT_GRID.0).into(),
-            conditions: Conditions::default(),
-            strategies: Vec::new(),
-            station_strategy: None,
-            training: RobustTraining::default(),
-            greedy: false,
-            bound: true,
         }
+    }
+}
+
+impl AsMut<MethodSettings> for SweepSettings {
+    fn as_mut(&mut self) -> &mut MethodSettings {
+        &mut self.methods
     }
 }
 
@@ -56,28 +52,28 @@ impl SweepOptions {
     /// With this quantity varied.
     #[must_use]
     pub fn with_axis(mut self, axis: Axis) -> Self {
-        self.values.axis = axis;
+        self.own.values.axis = axis;
         self
     }
 
     /// With this first value, instead of one below the line's limit.
     #[must_use]
     pub fn with_from(mut self, from: f64) -> Self {
-        self.values.from = Some(from);
+        self.own.values.from = Some(from);
         self
     }
 
     /// With this last value, instead of one above the line's limit.
     #[must_use]
     pub fn with_to(mut self, to: f64) -> Self {
-        self.values.to = Some(to);
+        self.own.values.to = Some(to);
         self
     }
 
     /// With this step between values, instead of a round one that gives up to thirty values.
     #[must_use]
     pub fn with_step(mut self, step: f64) -> Self {
-        self.values.step = Some(step);
+        self.own.values.step = Some(step);
         self
     }
 
@@ -88,64 +84,14 @@ impl SweepOptions {
         mut self,
         line: impl Fn(usize) -> Result<Station> + Send + Sync + 'static,
     ) -> Self {
-        self.values.of_robots = Some(Arc::new(line));
-        self
-    }
-
-    /// With this master seed. Robust GT is found with it, the patterns use the next.
-    #[must_use]
-    pub fn with_seed(mut self, seed: u64) -> Self {
-        self.seed = seed;
+        self.own.values.of_robots = Some(Arc::new(line));
         self
     }
 
     /// With these patterns at every value.
     #[must_use]
     pub fn with_patterns(mut self, patterns: ScoredPatterns) -> Self {
-        self.patterns = patterns;
-        self
-    }
-
-    /// Under these conditions, with random events from the master seed.
-    #[must_use]
-    pub fn with_conditions(mut self, conditions: Conditions) -> Self {
-        self.conditions = conditions;
-        self
-    }
-
-    /// With another strategy among the methods.
-    #[must_use]
-    pub fn with_strategy(mut self, strategy: Parsed) -> Self {
-        self.strategies.push(Arc::new(strategy));
-        self
-    }
-
-    /// With the strategy that the station file names, before the others and unless it is one
-    /// of them.
-    #[must_use]
-    pub fn with_station_strategy(mut self, strategy: Option<Parsed>) -> Self {
-        self.station_strategy = strategy.map(Arc::new);
-        self
-    }
-
-    /// With robust GT from this training.
-    #[must_use]
-    pub fn with_training(mut self, training: RobustTraining) -> Self {
-        self.training = training;
-        self
-    }
-
-    /// With greedy GT, the assignment with the highest picking rate at each value, or without.
-    #[must_use]
-    pub fn with_greedy(mut self, greedy: bool) -> Self {
-        self.greedy = greedy;
-        self
-    }
-
-    /// With the certified bound or without it.
-    #[must_use]
-    pub fn with_bound(mut self, bound: bool) -> Self {
-        self.bound = bound;
+        self.own.patterns = patterns;
         self
     }
 }
@@ -171,7 +117,7 @@ pub struct Swept {
     pub sweep: Sweep,
     /// The names of the methods in files.
     pub methods: Vec<String>,
-    /// Remarks on the result.
+    /// Remarks on what was left out, and on how the figures are to be read.
     pub notes: Vec<Note>,
 }
 
@@ -198,30 +144,23 @@ impl<'a> SweepStudy<'a> {
     /// or read.
     pub fn new(station: &'a Station, options: &'a SweepOptions) -> Result<Self> {
         options.conditions.check()?;
-        let lines = values::lines(&options.values, station)?;
-        let mut strategies = options.strategies.clone();
-        let mut notes = Vec::new();
-        if let Some(saved) = &options.station_strategy
-            && !strategies.iter().any(|s| s.text() == saved.text())
-        {
-            notes.push(Note::StationStrategy(saved.text().to_owned()));
-            strategies.insert(0, Arc::clone(saved));
-        }
+        let lines = values::lines(&options.own.values, station)?;
+        let (strategies, note) = options.own.methods.strategies(&options.strategies);
         for line in &lines {
             let robots = line.station.robots().len();
             for strategy in &strategies {
                 strategy.alone(robots)?;
             }
-            options.training.check(robots)?;
+            options.own.methods.training.check(robots)?;
         }
         // A different seed from the training set's.
         let seed = options.seed.wrapping_add(1);
         let usual = DEFAULT_GRID.1;
-        let (source, mut recipe) = options.patterns.recipe(station, seed, usual)?;
+        let (source, mut recipe) = options.own.patterns.recipe(station, seed, usual)?;
         let mut set = source.build(&recipe)?;
         let generated = !matches!(source, PatternSource::Files(_));
-        let is_usual = options.patterns.items().is_none() && recipe.items == usual;
-        if generated && is_usual && options.values.axis != Axis::Speed {
+        let is_usual = options.own.patterns.items().is_none() && recipe.items == usual;
+        if generated && is_usual && options.own.values.axis != Axis::Speed {
             // These are scored by what they pick in the steady state.
             recipe.items = values::items(&lines, &set.patterns, recipe.items)?;
             set = source.build(&recipe)?;
@@ -235,11 +174,11 @@ impl<'a> SweepStudy<'a> {
             source,
             recipe,
             set,
-            notes,
+            notes: note.into_iter().collect(),
         })
     }
 
-    /// The patterns.
+    /// The patterns that are run at every value.
     pub fn set(&self) -> &PatternSet {
         &self.set
     }
@@ -255,7 +194,7 @@ impl<'a> SweepStudy<'a> {
 
     /// Whether it is the paper's own sweep, whose results can be shown next to these.
     pub fn is_papers_case(&self) -> bool {
-        self.options.values.axis == Axis::Speed
+        self.options.own.values.axis == Axis::Speed
             && self.source == PatternSource::Grid(DEFAULT_GRID.0)
             && self.recipe.items == DEFAULT_GRID.1
             && self.station.robots().len() == 2
@@ -270,14 +209,14 @@ impl<'a> SweepStudy<'a> {
     pub fn run(&self, environment: &Environment) -> Result<Swept> {
         let luck = self.conditions.with_seed(self.recipe.seed);
         let patterns = &self.set.patterns;
-        let (settings, trained) = match self.options.values.axis {
+        let (settings, trained) = match self.options.own.values.axis {
             Axis::Speed => {
                 let own = LineAt {
                     value: self.station.belt().speed,
                     station: self.station.clone(),
                 };
                 let (own, trained) = self.settings(&[own], environment)?;
-                let (options, own) = (&self.options.values, &own[0]);
+                let (options, own) = (&self.options.own.values, &own[0]);
                 let settings = values::speeds(options, own, patterns, &luck, environment)?;
                 (settings, trained)
             }
@@ -286,7 +225,7 @@ impl<'a> SweepStudy<'a> {
         let mut notes: Vec<Note> = trained.into_iter().collect();
         notes.extend(self.notes.iter().cloned());
         notes.extend(distances(&settings));
-        let sweep = experiment::sweep(&settings, patterns, &luck, self.options.bound, environment)?;
+        let sweep = sweep_settings(&settings, patterns, &luck, self.options.bound, environment)?;
         let generated = !matches!(self.source, PatternSource::Files(_));
         notes.extend(condition_notes(&self.conditions, generated));
         let methods = settings.first().map(|setting| setting.methods.iter());
@@ -301,7 +240,7 @@ impl<'a> SweepStudy<'a> {
     /// Robust GT (game theory) of one line.
     fn robust(&self, station: &Station, environment: &Environment) -> Result<RobustGt> {
         let line = self.search(station, environment).under(&self.conditions);
-        let training = match &self.options.training {
+        let training = match &self.options.own.methods.training {
             RobustTraining::LikeScored { items }
                 if self.is_papers_case() && self.conditions.describe().is_empty() =>
             {
@@ -326,8 +265,8 @@ impl<'a> SweepStudy<'a> {
         lines: &[LineAt],
         environment: &Environment,
     ) -> Result<(Vec<Setting>, Option<Note>)> {
-        let axis = self.options.values.axis;
-        let scope = match (&self.options.training, axis) {
+        let axis = self.options.own.values.axis;
+        let scope = match (&self.options.own.methods.training, axis) {
             (RobustTraining::Given(_), _) => None,
             (_, Axis::Speed) => Some(RobustScope::OwnSpeed),
             _ => Some(RobustScope::EveryLine),
@@ -368,7 +307,7 @@ impl<'a> SweepStudy<'a> {
     ) -> Result<Vec<Method>> {
         let search = self.search(station, environment);
         let mut methods = vec![Method::Robust(robust.rules.clone())];
-        if self.options.greedy {
+        if self.options.own.methods.greedy {
             methods.push(Method::greedy(station.robots().len())?);
         }
         for strategy in &self.strategies {

@@ -27,13 +27,13 @@ type OfRobots = Arc<dyn Fn(usize) -> Result<Station> + Send + Sync>;
 /// Which values are run.
 #[derive(Clone)]
 pub(super) struct ValueOptions {
-    /// The varied quantity.
+    /// The quantity that is varied.
     pub axis: Axis,
-    /// First value.
+    /// First value, in the unit of the quantity.
     pub from: Option<f64>,
-    /// Last value.
+    /// Last value, in the unit of the quantity.
     pub to: Option<f64>,
-    /// Step between values.
+    /// Step between values, in the unit of the quantity.
     pub step: Option<f64>,
     /// The line of a number of robots.
     pub of_robots: Option<OfRobots>,
@@ -53,9 +53,9 @@ impl Default for ValueOptions {
 
 /// The line at one value.
 pub(super) struct LineAt {
-    /// The value.
+    /// The varied quantity, in the unit of its axis.
     pub value: f64,
-    /// The line.
+    /// The station at this value.
     pub station: Station,
 }
 

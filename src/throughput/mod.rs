@@ -12,6 +12,7 @@ use std::ops::Range;
 
 /// The steady state of one run.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct SteadyState {
     /// Its items, as indices into the pattern.
     pub items: Range<usize>,
@@ -37,6 +38,7 @@ pub struct SteadyState {
 
 /// A run without a steady state.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Unsteady {
     /// Items that arrive per minute over the whole pattern [1/min]; `None` if all arrive at once.
     pub flow: Option<f64>,
@@ -160,7 +162,7 @@ pub fn steady_state(scene: &Scene, outcome: &Outcome) -> Result<SteadyState, Uns
 
 /// A number of items, at the density of the pattern on `scene`, that is enough for a steady state;
 /// `None` if there is no density.
-pub fn enough_items(scene: &Scene) -> Option<usize> {
+pub(crate) fn enough_items(scene: &Scene) -> Option<usize> {
     let arrivals = Arrivals::of(scene);
     let flow = arrivals.flow(0..arrivals.starts.len() - 1);
     flow.map(|flow| round_up(ENOUGH_WINDOWS * longest_window(scene) * flow / 60.0))
@@ -294,6 +296,7 @@ fn round_up(count: f64) -> usize {
 
 /// Throughput over several runs, one per pattern.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Throughput {
     /// Mean [1/min]; `None` if fewer than half of the runs have a steady state.
     pub mean: Option<f64>,

@@ -1,5 +1,6 @@
 //! Which file of a crate uses what another one defines.
 
+use super::methods::calls;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use syn::punctuated::Punctuated;
@@ -62,14 +63,16 @@ impl Crate {
         Self { modules }
     }
 
-    /// The files that each file uses something of.
+    /// The files that each file uses something of: by its name, or by calling a method.
     pub fn edges(&self) -> BTreeMap<&Path, BTreeSet<&Path>> {
-        let edges = self.modules.values().map(|module| {
+        let files: Vec<&Path> = self.modules.values().map(|m| m.file.as_path()).collect();
+        let mut edges = calls(&files);
+        for module in self.modules.values() {
             let used = module.uses.iter().filter_map(|path| self.file_of(path, 0));
             let others = used.filter(|file| *file != module.file);
-            (module.file.as_path(), others.collect())
-        });
-        edges.collect()
+            edges.entry(&module.file).or_default().extend(others);
+        }
+        edges
     }
 
     /// The file that defines what `path` names; none for a module as such.
@@ -258,7 +261,7 @@ impl<'ast> Visit<'ast> for Reader<'_> {
 }
 
 /// The attributes of an item of a kind that can be there for tests only.
-fn attributes(item: &syn::Item) -> &[syn::Attribute] {
+pub fn attributes(item: &syn::Item) -> &[syn::Attribute] {
     match item {
         syn::Item::Const(item) => &item.attrs,
         syn::Item::Enum(item) => &item.attrs,
@@ -276,7 +279,7 @@ fn attributes(item: &syn::Item) -> &[syn::Attribute] {
 }
 
 /// Whether an item is there for tests only: `cfg(test)`, or `cfg(all(test, ...))`.
-fn is_test(attributes: &[syn::Attribute]) -> bool {
+pub fn is_test(attributes: &[syn::Attribute]) -> bool {
     let for_tests = |condition: &syn::Meta| -> bool {
         if condition.path().is_ident("test") {
             return true;

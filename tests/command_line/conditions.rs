@@ -177,7 +177,7 @@ fn the_comparison_says_what_it_was_run_under() {
     for words in [
         "\nunder ",
         "x = 0.5 m",
-        "with different luck",
+        "with independent random numbers",
         "--grasp-success P",
     ] {
         assert!(table.contains(words), "{words} not in {table}");
@@ -214,27 +214,18 @@ fn the_ambiguous_name_is_refused_with_the_new_one() {
 #[test]
 fn searches_and_games_meet_what_simulate_meets() {
     let station = built_in("paper").unwrap().station(None).unwrap();
-    let recipe = Recipe {
-        belt: *station.belt(),
-        items: 40,
-        shape: Default::default(),
-        attributes: Default::default(),
-        seed: 3,
-    };
+    let recipe = Recipe::new(*station.belt(), 40, 3);
     let patterns = PatternSource::Poisson(0.12, 6)
         .build(&recipe)
         .unwrap()
         .patterns;
-    let conditions = Conditions {
-        camera_x: Some(0.3),
-        disturbances: Disturbances {
-            grasp_failures: true,
-            default_p_grasp: 0.7,
-            position_noise: 0.02,
-            seed: 11,
-        },
-        ..Conditions::default()
-    };
+    let conditions = Conditions::default().with_camera_x(0.3).with_disturbances(
+        Disturbances::default()
+            .with_grasp_failures(true)
+            .with_default_p_grasp(0.7)
+            .with_position_noise(0.02)
+            .with_seed(11),
+    );
     let stop = AtomicBool::new(false);
     let environment = Environment {
         stop: &stop,
@@ -337,7 +328,12 @@ fn the_bound_is_proven_under_the_conditions() {
     let flags = with(&["--pattern", pattern], &DISTURBED);
     let (disturbed, report) = most(&flags);
     assert!(report["schedule"].is_null());
-    assert!(report["notes"][0].as_str().unwrap().contains("any luck"));
+    assert!(
+        report["notes"][0]
+            .as_str()
+            .unwrap()
+            .contains("every outcome of the random events")
+    );
     assert_eq!(report["made"]["conditions"].as_array().unwrap().len(), 3);
     let simulate = [
         "simulate",

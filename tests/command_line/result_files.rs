@@ -5,7 +5,7 @@ use crate::common::{pickline, text};
 use crate::terminal::Terminal;
 use pickline::error::Error;
 use pickline::experiment::{
-    Comparison, Draws, Method, Setting, add_bounds, compare, load_cases, sweep,
+    Comparison, Draws, Method, Setting, add_bounds, compare_methods, load_cases, sweep_settings,
 };
 use pickline::optimize::{Environment, Progress};
 use pickline::pattern::grid;
@@ -166,7 +166,8 @@ fn whole_cases_outlive_an_interruption() {
             stop: &stop,
             progress: &progress,
         };
-        let mut comparison = compare(&station, methods, &cases, 3, 2, &plain, &environment)?;
+        let mut comparison =
+            compare_methods(&station, methods, &cases, 3, 2, &plain, &environment)?;
         let progress = after(bounds);
         let environment = Environment {
             stop: &stop,
@@ -224,7 +225,7 @@ fn whole_values_outlive_an_interruption() {
             progress: &progress,
         };
         let plain = Conditions::default();
-        sweep(&settings, &patterns, &plain, true, &environment).unwrap()
+        sweep_settings(&settings, &patterns, &plain, true, &environment).unwrap()
     };
     let (whole, part) = (run(u64::MAX), run(2));
     assert_eq!((whole.values.len(), whole.planned), (3, 3));

@@ -9,14 +9,13 @@ pub const TROUBLE: &str = "--failing-grasps 0.1 --lost-acks 0.02 --duplicates 0.
 
 /// The same kinds, for a station without a process of its own.
 pub fn all_troubles(seed: u64) -> InjectedFaults {
-    InjectedFaults {
-        grasp_failures: 0.1,
-        lost_acks: 0.02,
-        duplicates: 0.1,
-        out_of_order: 0.05,
-        jitter: 0.05,
-        robot_down: Some((0, 60.0, 30.0)),
-        belt_stop: Some((120.0, 20.0)),
-        seed,
-    }
+    InjectedFaults::default()
+        .with_grasp_failures(0.1)
+        .with_lost_acks(0.02)
+        .with_duplicates(0.1)
+        .with_out_of_order(0.05)
+        .with_jitter(0.05)
+        .with_robot_down(Some((0, 60.0, 30.0)))
+        .with_belt_stop(Some((120.0, 20.0)))
+        .with_seed(seed)
 }

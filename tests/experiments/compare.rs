@@ -3,7 +3,7 @@
 use crate::common;
 #[cfg(all(unix, feature = "onnx"))]
 use crate::programs::Program;
-use pickline::experiment::{Comparison, Method, compare, load_cases};
+use pickline::experiment::{Comparison, Method, compare_methods, load_cases};
 use pickline::optimize::{Environment, Silent};
 use pickline::sim::Conditions;
 use pickline::station::built_in;
@@ -25,7 +25,7 @@ fn run(station: &str, cases: &str, replicates: usize) -> Comparison {
     };
     let cases = load_cases(cases).unwrap();
     let plain = Conditions::default();
-    compare(
+    compare_methods(
         &station,
         methods,
         &cases,

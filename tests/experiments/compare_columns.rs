@@ -158,10 +158,7 @@ static MADE: LazyLock<Made> = LazyLock::new(|| {
         "{call} --reference {} --no-bound --format json",
         METHODS[2]
     ));
-    let none = Overrides {
-        robots: None,
-        belt_speed: None,
-    };
+    let none = Overrides::default();
     let station = station::load(&line, none).unwrap();
     let belt = station.belt();
     let few = SEEDS.map(|s| poisson_disk(belt.width, 0.15, 40, &mut random_stream(s, 0)).unwrap());

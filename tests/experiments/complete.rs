@@ -3,7 +3,8 @@
 
 use super::support::{STATION, environment, run, table_rows};
 use pickline::experiment::{
-    Case, CaseSource, Draws, Method, Setting, add_bounds, compare, find_limits, sweep,
+    Case, CaseSource, Draws, Method, Setting, add_bounds, compare_methods, find_limits,
+    sweep_settings,
 };
 use pickline::optimize::{Evaluator, Objective, Risk, SpeedScan, validate};
 use pickline::pattern::{Item, Pattern};
@@ -19,10 +20,7 @@ fn one_robot() -> Station {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("line.toml");
     std::fs::write(&file, STATION.replace("robots = 2", "robots = 1")).unwrap();
-    let none = Overrides {
-        robots: None,
-        belt_speed: None,
-    };
+    let none = Overrides::default();
     station::load(file.to_str().unwrap(), none).unwrap()
 }
 
@@ -71,7 +69,8 @@ fn a_sweep_says_complete_of_everything_only() {
     let plain = Conditions::default();
     for (beyond, complete, nearly) in [(0, 1.0, 1.0), (1, 0.0, 1.0), (2, 0.0, 0.0)] {
         let patterns = [sparse(beyond)];
-        let swept = sweep(&settings(&speeds), &patterns, &plain, true, &environment()).unwrap();
+        let swept =
+            sweep_settings(&settings(&speeds), &patterns, &plain, true, &environment()).unwrap();
         for method in 0..2 {
             for points in &swept.points {
                 assert_eq!(points[method].complete_share, complete, "{beyond}");
@@ -167,7 +166,7 @@ fn a_line_that_picks_nothing_has_no_rate_to_be_better_than() {
         items: 0,
     }];
     let methods = settings(&[0.1]).remove(0).methods;
-    let compared = compare(&station, methods, &cases, 1, 1, &plain, &environment());
+    let compared = compare_methods(&station, methods, &cases, 1, 1, &plain, &environment());
     let mut comparison = compared.unwrap();
     let draws = Draws {
         replicates: 1,

@@ -55,7 +55,11 @@ fn read(from: &str, to: &str, overrides: Overrides) -> Result<Station> {
 
 #[test]
 fn what_the_caller_asks_for_is_of_kind_usage() {
-    let overrides = |robots, belt_speed| Overrides { robots, belt_speed };
+    let overrides = |robots: Option<usize>, belt_speed: Option<f64>| {
+        Overrides::default()
+            .with_robots(robots)
+            .with_belt_speed(belt_speed)
+    };
     let two = "SPT,FIFO,SPT".parse().unwrap();
     for (error, place) in [
         (
@@ -146,7 +150,7 @@ fn the_content_of_files_is_of_kind_input() {
         refused(load_cases(&cases)),
         refused(of_flow[0].patterns(line().belt(), 1, 1)),
         refused(Plan::from_file("{\"preset\": \"no-such\"}", "p.json")),
-        refused(Plan::from_file("{\"steps\": 0}", "p.json")),
+        refused(Plan::from_file("{\"courses\": 0}", "p.json")),
         refused(Station::new(*line().belt(), Vec::new())),
     ] {
         assert_eq!(error.kind(), ErrorKind::Input, "{error}");

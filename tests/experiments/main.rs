@@ -16,6 +16,7 @@ mod ranking_columns;
 mod results;
 mod run_columns;
 mod support;
+mod studies;
 mod study_options;
 mod sweep;
 mod sweep_columns;

@@ -5,8 +5,8 @@
 use super::support::{Raw, assert_near, environment, mean, mean_of};
 use pickline::error::Result;
 use pickline::experiment::{
-    Case, CaseSource, Comparison, Draws, Method, Setting, Sweep, add_bounds, compare, find_limits,
-    sweep,
+    Case, CaseSource, Comparison, Draws, Method, Setting, Sweep, add_bounds, compare_methods,
+    find_limits, sweep_settings,
 };
 use pickline::optimize::{Environment, Evaluator, Objective, Progress, Risk, rivals};
 use pickline::pattern::{Pattern, grid, poisson_disk, random_stream};
@@ -23,15 +23,13 @@ fn station() -> Station {
 
 /// Grasps fail, and positions are off.
 fn unlucky(seed: u64) -> Conditions {
-    Conditions {
-        disturbances: Disturbances {
-            grasp_failures: true,
-            default_p_grasp: 0.75,
-            position_noise: 0.01,
-            seed,
-        },
-        ..Conditions::default()
-    }
+    Conditions::default().with_disturbances(
+        Disturbances::default()
+            .with_grasp_failures(true)
+            .with_default_p_grasp(0.75)
+            .with_position_noise(0.01)
+            .with_seed(seed),
+    )
 }
 
 fn methods() -> Vec<Method> {
@@ -64,7 +62,7 @@ fn compared(conditions: &Conditions, environment: &Environment) -> Comparison {
         case("grid", CaseSource::Grid(0.2)),
         case("disks", CaseSource::Poisson(0.2)),
     ];
-    compare(
+    compare_methods(
         &station(),
         methods(),
         &cases,
@@ -138,7 +136,7 @@ fn values_of_a_sweep_meet_the_same_patterns_and_luck() {
     let patterns = grids(0.3, 3);
     let conditions = unlucky(40);
     let settings = settings(&[0.03, 0.05, 0.06]);
-    let swept = sweep(&settings, &patterns, &conditions, true, &environment()).unwrap();
+    let swept = sweep_settings(&settings, &patterns, &conditions, true, &environment()).unwrap();
     for (setting, points) in settings.iter().zip(&swept.points) {
         for (point, rules) in points.iter().zip(RULES) {
             let run = |(place, pattern): (usize, &Pattern)| {
@@ -176,7 +174,7 @@ fn limits_are_those_of_a_sweep_under_the_same_luck() {
             .map(|k| (f64::from(k) * 4.0).round() / 1000.0)
             .collect();
         let lines = settings(&values);
-        let swept = sweep(&lines, &patterns, &conditions, false, &environment()).unwrap();
+        let swept = sweep_settings(&lines, &patterns, &conditions, false, &environment()).unwrap();
         for (method, limit) in found.iter().enumerate() {
             let expected = swept.complete(method);
             assert_eq!(limit.highest, expected.highest, "{}", RULES[method]);
@@ -333,7 +331,7 @@ fn a_stopped_comparison_ends_with_the_last_whole_case() {
     ];
     let plain = Conditions::default();
     let run = |after: &After| {
-        compare(
+        compare_methods(
             &station(),
             methods(),
             &cases,
@@ -389,7 +387,7 @@ fn a_stopped_sweep_ends_with_the_last_whole_value() {
     let (patterns, plain) = (grids(0.3, 2), Conditions::default());
     let settings = settings(&[0.03, 0.05, 0.06]);
     let run = |after: &After| -> Result<Sweep> {
-        sweep(&settings, &patterns, &plain, true, &after.environment())
+        sweep_settings(&settings, &patterns, &plain, true, &after.environment())
     };
     assert!(run(&After::new(0)).is_err_and(|error| error.is_interrupted()));
     for (steps, values) in [

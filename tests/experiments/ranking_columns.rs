@@ -33,10 +33,7 @@ fn optimize(more: &str) -> Found {
     );
     let table = run(&format!("{call} {more}"));
     let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
-    let none = Overrides {
-        robots: None,
-        belt_speed: None,
-    };
+    let none = Overrides::default();
     Found {
         station: station::load(line, none).unwrap(),
         report: serde_json::from_str(&read("optimize.json")).unwrap(),
@@ -48,13 +45,7 @@ fn optimize(more: &str) -> Found {
 
 /// The patterns of the source under `seed`.
 fn drawn(station: &Station, source: &str, seed: u64) -> Vec<Pattern> {
-    let recipe = Recipe {
-        belt: *station.belt(),
-        items: 50,
-        shape: Default::default(),
-        attributes: Default::default(),
-        seed,
-    };
+    let recipe = Recipe::new(*station.belt(), 50, seed);
     let source: PatternSource = source.parse().unwrap();
     source.build(&recipe).unwrap().patterns
 }
@@ -281,13 +272,7 @@ fn check_table(found: &Found, name: &str) {
 #[test]
 fn fresh_patterns_are_none_of_the_search() {
     let station = station::built_in("paper").unwrap().station(None).unwrap();
-    let recipe = |seed| Recipe {
-        belt: *station.belt(),
-        items: 40,
-        shape: Default::default(),
-        attributes: Default::default(),
-        seed,
-    };
+    let recipe = |seed| Recipe::new(*station.belt(), 40, seed);
     for text in [
         "balanced:30",
         "poisson:0.2:30",
@@ -330,15 +315,12 @@ fn a_grid_is_validated_with_other_luck() {
     let strategy = read_alone(&rules.join(","), 2).unwrap();
     let rates = |seeds: std::ops::Range<u64>| -> Vec<f64> {
         let of = |seed: u64| {
-            let conditions = Conditions {
-                disturbances: Disturbances {
-                    grasp_failures: true,
-                    default_p_grasp: 0.7,
-                    position_noise: 0.0,
-                    seed,
-                },
-                ..Conditions::default()
-            };
+            let conditions = Conditions::default().with_disturbances(
+                Disturbances::default()
+                    .with_grasp_failures(true)
+                    .with_default_p_grasp(0.7)
+                    .with_seed(seed),
+            );
             let scene = Scene::under(&station, &grid, conditions).unwrap();
             let outcome = simulate(&scene, strategy.make().as_mut()).unwrap();
             Raw::counted(&scene, &outcome).rate()

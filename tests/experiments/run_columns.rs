@@ -37,21 +37,15 @@ fn made() -> Made {
              --seed 4 --no-bound --format {format}"
         ))
     };
-    let none = Overrides {
-        robots: None,
-        belt_speed: None,
-    };
+    let none = Overrides::default();
     let station = station::load(&line, none).unwrap();
     let pattern = load(own.as_ref()).unwrap().pattern;
-    let conditions = Conditions {
-        disturbances: Disturbances {
-            grasp_failures: true,
-            default_p_grasp: 0.6,
-            position_noise: 0.0,
-            seed: 4,
-        },
-        ..Conditions::default()
-    };
+    let conditions = Conditions::default().with_disturbances(
+        Disturbances::default()
+            .with_grasp_failures(true)
+            .with_default_p_grasp(0.6)
+            .with_seed(4),
+    );
     let scene = Scene::under(&station, &pattern, conditions).unwrap();
     let strategy = read_alone("SPT,LPT", 2).unwrap();
     let outcome = simulate(&scene, strategy.make().as_mut()).unwrap();

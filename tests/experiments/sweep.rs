@@ -1,6 +1,6 @@
 //! The sweep and the speed limits.
 
-use pickline::experiment::{Method, Setting, sweep};
+use pickline::experiment::{Method, Setting, sweep_settings};
 use pickline::optimize::{Environment, Silent, SpeedScan};
 use pickline::pattern::{PatternSource, Recipe};
 use pickline::sim::{AssignmentTree, Conditions, Scene, simulate_rules};
@@ -14,17 +14,15 @@ use std::sync::atomic::AtomicBool;
 #[test]
 fn speed_limits_are_those_of_a_brute_force_scan() {
     let station = built_in("paper").unwrap().station(None).unwrap();
-    let recipe = Recipe {
-        belt: pickline::station::Belt {
+    let recipe = Recipe::new(
+        pickline::station::Belt {
             speed: 0.05,
             length: 4.2,
             width: 1.05,
         },
-        shape: Default::default(),
-        items: 40,
-        attributes: Default::default(),
-        seed: 5,
-    };
+        40,
+        5,
+    );
     let set = PatternSource::Poisson(0.16, 100).build(&recipe).unwrap();
     let rules = "SPT,FIFO".parse().unwrap();
     let values: Vec<f64> = (1..=35).map(|k| f64::from(k) * 4.0 / 1000.0).collect();
@@ -41,7 +39,7 @@ fn speed_limits_are_those_of_a_brute_force_scan() {
         stop: &stop,
         progress: &Silent,
     };
-    let swept = sweep(
+    let swept = sweep_settings(
         &settings,
         &set.patterns,
         &Conditions::default(),

@@ -307,19 +307,10 @@ fn a_sweep_of_the_speed_is_that_of_its_runs() {
     let folder = tempfile::tempdir().unwrap();
     let slow = STATION.replace("grasp_time = 0.3", "grasp_time = 0.8");
     let line = line(&slow, folder.path());
-    let none = Overrides {
-        robots: None,
-        belt_speed: None,
-    };
+    let none = Overrides::default();
     let station = station::load(&line, none).unwrap();
     // The seed after the master seed.
-    let recipe = Recipe {
-        belt: *station.belt(),
-        items: 60,
-        shape: Default::default(),
-        attributes: Default::default(),
-        seed: 4,
-    };
+    let recipe = Recipe::new(*station.belt(), 60, 4);
     let source: PatternSource = "random:50/min:3".parse().unwrap();
     let patterns = source.build(&recipe).unwrap().patterns;
     let values = [0.02, 0.04, 0.06, 0.08, 0.1, 0.12, 0.14];
@@ -417,10 +408,7 @@ fn a_sweep_of_robots_is_that_of_its_runs() {
         })
         .collect();
     let with = |robots| {
-        let count = Overrides {
-            robots: Some(robots),
-            belt_speed: None,
-        };
+        let count = Overrides::default().with_robots(robots);
         (robots as f64, station::load(&line, count).unwrap())
     };
     // For every number of robots another robust GT; the same rules whatever their number.

@@ -37,13 +37,7 @@ fn recipe(seed: u64) -> Recipe {
 }
 
 fn recipe_of(items: usize, seed: u64) -> Recipe {
-    Recipe {
-        belt: *station().belt(),
-        items,
-        shape: Default::default(),
-        attributes: Default::default(),
-        seed,
-    }
+    Recipe::new(*station().belt(), items, seed)
 }
 
 #[test]
@@ -216,16 +210,11 @@ fn training_has_other_luck() {
     let rate = |rules: &str, seeds: std::ops::Range<u64>| {
         let strategy = read_alone(rules, 2).unwrap();
         let run = |seed: u64| {
-            let disturbances = Disturbances {
-                grasp_failures: true,
-                default_p_grasp: 0.6,
-                position_noise: 0.0,
-                seed,
-            };
-            let conditions = Conditions {
-                disturbances,
-                ..Conditions::default()
-            };
+            let disturbances = Disturbances::default()
+                .with_grasp_failures(true)
+                .with_default_p_grasp(0.6)
+                .with_seed(seed);
+            let conditions = Conditions::default().with_disturbances(disturbances);
             let scene = Scene::under(&station, &pattern, conditions).unwrap();
             let outcome = simulate(&scene, strategy.make().as_mut()).unwrap();
             Raw::counted(&scene, &outcome)

@@ -29,25 +29,22 @@ fn imitate(rule: &str, plan: Plan) -> (Trainer, Vec<Round>) {
 }
 
 fn once(courses: usize) -> Option<Imitation> {
-    Some(Imitation {
-        rounds: 1,
-        courses,
-        epochs: 1,
-        ..Imitation::of("FIFO,FIFO")
-    })
+    Some(
+        Imitation::of("FIFO,FIFO")
+            .with_rounds(1)
+            .with_courses(courses)
+            .with_epochs(1),
+    )
 }
 
 #[test]
 fn a_rule_is_imitated() {
-    let plan = Plan {
-        imitation: Some(Imitation {
-            rounds: 3,
-            courses: 60,
-            epochs: 60,
-            ..Imitation::of("SPT,SPT")
-        }),
-        ..small()
-    };
+    let plan = small().with_imitation(
+        Imitation::of("SPT,SPT")
+            .with_rounds(3)
+            .with_courses(60)
+            .with_epochs(60),
+    );
     let (_, rounds) = imitate("SPT,SPT", plan);
     // Which of the slots has the shortest time stands in the observation.
     assert!(rounds[2].agreement > 0.9, "{rounds:?}");
@@ -56,10 +53,7 @@ fn a_rule_is_imitated() {
 /// What the optimiser remembers of the answers would mislead its first steps in the phases.
 #[test]
 fn phases_begin_with_a_new_optimiser() {
-    let plan = Plan {
-        imitation: once(3),
-        ..small()
-    };
+    let plan = small().with_imitation(once(3));
     let fresh = Trainer::new(plan.clone(), stations(), 1).unwrap();
     let (trainer, _) = imitate("FIFO,FIFO", plan);
     assert!(trainer.parameters() != fresh.parameters());
@@ -73,25 +67,19 @@ fn phases_begin_with_a_new_optimiser() {
 #[test]
 fn the_densest_patterns_are_among_those_that_the_expert_answers_on() {
     let courses = 12;
-    let domain = Domain {
-        spacing: (0.05, 0.7),
-        items: (40, 40),
-        grids: 1.0,
-        speed: (1.0, 1.0),
-        curriculum: 1.0,
-        update_hz: 0.0,
-    };
+    let domain = Domain::BROAD
+        .with_spacing((0.05, 0.7))
+        .with_items((40, 40))
+        .with_grids(1.0)
+        .with_speed((1.0, 1.0))
+        .with_curriculum(1.0);
     // A rule answers with a pick at every decision, so on sparse patterns once an item.
     let sparse = domain.draw(&stations()[..1], courses, 0.0, 1).unwrap();
     let rules = "FIFO,FIFO".parse().unwrap();
     for scene in scenes(&sparse).unwrap() {
         assert_eq!(simulate_rules(&scene, &rules).unwrap().figures.picked, 40);
     }
-    let plan = Plan {
-        imitation: once(courses),
-        domain,
-        ..small()
-    };
+    let plan = small().with_imitation(once(courses)).with_domain(domain);
     let (_, rounds) = imitate("FIFO,FIFO", plan);
     let all = courses * 40;
     let answers = rounds[0].answers;

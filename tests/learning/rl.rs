@@ -34,10 +34,7 @@ pub fn stations() -> Vec<Station> {
 /// Plays random allowed actions; returns everything that came of it.
 fn play(threads: usize) -> (Vec<f32>, Vec<Step>) {
     on_threads(threads, || {
-        let domain = Domain {
-            items: (10, 30),
-            ..Domain::BROAD
-        };
+        let domain = Domain::BROAD.with_items((10, 30));
         let courses = domain.draw(&stations(), 6, 1.0, 3).unwrap();
         let scenes = scenes(&courses).unwrap();
         let count = 40;
@@ -164,12 +161,11 @@ fn one_layout_serves_two_to_six_robots_of_either_side() {
 /// A small plan, so that a phase takes a moment.
 pub fn small() -> Plan {
     let mut plan = Plan::preset("default").unwrap();
-    plan.ppo = PpoSettings {
-        n_envs: 2 * GROUP,
-        n_steps: 32,
-        batch_size: 256,
-        ..plan.ppo
-    };
+    plan.ppo = plan
+        .ppo
+        .with_n_envs(2 * GROUP)
+        .with_n_steps(32)
+        .with_batch_size(256);
     plan.architecture = Architecture::Scorer {
         width: 16,
         activation: Activation::Relu,
@@ -267,14 +263,12 @@ fn the_best_policy_of_a_trivial_station_is_found_exported_and_reloaded() {
         slots: 4,
         wait: false,
     };
-    let settings = PpoSettings {
-        n_envs: 2 * GROUP,
-        n_steps: 64,
-        batch_size: 256,
-        gamma: 0.9,
-        learning_rate: 2e-3,
-        ..PpoSettings::SB3
-    };
+    let settings = PpoSettings::SB3
+        .with_n_envs(2 * GROUP)
+        .with_n_steps(64)
+        .with_batch_size(256)
+        .with_gamma(0.9)
+        .with_learning_rate(2e-3);
     let reward = Reward {
         pick: 1.0,
         rate: 0.0,
@@ -331,11 +325,7 @@ fn the_best_policy_of_a_trivial_station_is_found_exported_and_reloaded() {
 /// The paper decides ten times a second.
 #[test]
 fn a_domain_decides_as_often_as_it_says() {
-    let domain = Domain {
-        items: (20, 20),
-        update_hz: 10.0,
-        ..Domain::BROAD
-    };
+    let domain = Domain::BROAD.with_items((20, 20)).with_update_hz(10.0);
     let courses = domain.draw(&stations(), 4, 1.0, 9).unwrap();
     let mut decisions = 0;
     for scene in domain.scenes(&courses).unwrap() {
@@ -348,10 +338,7 @@ fn a_domain_decides_as_often_as_it_says() {
         }
     }
     assert!(decisions > 20);
-    let wrong = Domain {
-        update_hz: f64::NAN,
-        ..domain
-    };
+    let wrong = domain.with_update_hz(f64::NAN);
     let message = wrong.scenes(&courses).err().unwrap().to_string();
     assert!(
         message.contains("'update_hz'") && message.contains("NaN"),

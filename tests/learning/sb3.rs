@@ -63,11 +63,9 @@ fn parameters(net: &Mlp, towers: &Towers) -> Vec<f32> {
     all
 }
 
-const SETTINGS: PpoSettings = PpoSettings {
-    gamma: 0.9995,
-    ent_coef: 0.01,
-    ..PpoSettings::SB3
-};
+fn settings() -> PpoSettings {
+    PpoSettings::SB3.with_gamma(0.9995).with_ent_coef(0.01)
+}
 
 #[test]
 fn advantages_are_those_of_the_rollout_buffer() {
@@ -77,7 +75,8 @@ fn advantages_are_those_of_the_rollout_buffer() {
     ended.push(false);
     let mut got = vec![0.0; r.rewards.len()];
     let inputs = (&r.rewards[..], &r.values[..], &ended[..]);
-    let discount = (SETTINGS.gamma, SETTINGS.gae_lambda);
+    let settings = settings();
+    let discount = (settings.gamma, settings.gae_lambda);
     advantages(inputs, r.last_value, discount, &mut got);
     for (got, expected) in got.iter().zip(&r.advantages) {
         assert!((got - expected).abs() < 1e-5, "{got} and {expected}");
@@ -102,14 +101,15 @@ fn a_minibatch_moves_every_weight_as_sb3_does() {
             (&r.observations[i][..], &r.masks[i][..], sample)
         })
         .collect();
-    let (terms, _) = learner.minibatch(&rows, &SETTINGS, SETTINGS.learning_rate);
+    let settings = settings();
+    let (terms, _) = learner.minibatch(&rows, &settings, settings.learning_rate);
     for (name, got) in [
         ("policy", terms.policy),
         ("value", terms.value),
         ("entropy", terms.entropy),
         ("divergence", terms.divergence),
         ("clipped", terms.clipped),
-        ("loss", terms.loss(&SETTINGS)),
+        ("loss", terms.loss(&settings)),
     ] {
         let expected = r.terms[name];
         assert!(

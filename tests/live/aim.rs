@@ -12,11 +12,9 @@ use pickline_live::{ClockKind, Config, Controller};
 /// and the remarks.
 fn play(late: f64, camera_delay_ms: f64, says_where: bool) -> (usize, usize, Vec<String>) {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
-    let config = Config {
-        clock: ClockKind::Messages,
-        camera_delay: 1e-3 * camera_delay_ms,
-        ..Config::default()
-    };
+    let config = Config::default()
+        .with_clock(ClockKind::Messages)
+        .with_camera_delay(1e-3 * camera_delay_ms);
     let strategy = read_alone("SPT,FIFO", 2).unwrap().make();
     let mut line = Line(Controller::new(station, strategy, config));
     let speed = 0.3;
@@ -107,10 +105,7 @@ fn a_run_of_misses_is_not_passed_over_in_silence() {
 #[test]
 fn an_indexing_belt_shifts_items_by_its_speed_when_the_picture_was_taken() {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
-    let config = Config {
-        clock: ClockKind::Messages,
-        ..Config::default()
-    };
+    let config = Config::default().with_clock(ClockKind::Messages);
     let strategy = read_alone("SPT,FIFO", 2).unwrap().make();
     let mut line = Line(Controller::new(station, strategy, config));
     for name in ["r1", "r2"] {

@@ -10,10 +10,7 @@ use pickline_live::{ClockKind, Config, Controller};
 /// A belt of 0.3 m/s with one robot that reaches 0.6 m around (1, 0).
 fn line() -> Line {
     let station = three::station_of(&["delta-1"]);
-    let config = Config {
-        clock: ClockKind::Messages,
-        ..Config::default()
-    };
+    let config = Config::default().with_clock(ClockKind::Messages);
     let strategy = read_alone("FIFO", 1).unwrap().make();
     let mut line = Line(Controller::new(station, strategy, config));
     line.say(r#""kind":"robot","stamp":1000,"name":"delta-1","state":"idle""#);

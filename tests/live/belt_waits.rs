@@ -13,11 +13,7 @@ const CLEAR: &str = "robots take tasks, and no item would be lost";
 const NOBODY: &str = "no robot takes tasks";
 
 fn may_stop(lead: &[f64]) -> Config {
-    Config {
-        may_stop_belt: true,
-        lead: lead.to_vec(),
-        ..config()
-    }
+    config().with_may_stop_belt(true).with_lead(lead.to_vec())
 }
 
 /// When delta-1 has to leave for an item at (`x`, 0) at 100 s at last, at `speed`.
@@ -54,10 +50,7 @@ fn first_request(line: &mut Three) -> Option<(f64, f64, String)> {
 
 #[test]
 fn the_belt_is_to_stop_its_margin_before_the_last_robot_loses_an_item() {
-    let margin = |stop_margin: f64, lead: &[f64]| Config {
-        stop_margin,
-        ..may_stop(lead)
-    };
+    let margin = |stop_margin: f64, lead: &[f64]| may_stop(lead).with_stop_margin(stop_margin);
     // Which robots work, each with a busy state that never ends; items; when the belt has to
     // stop.
     type Case = (Config, [&'static str; 3], &'static [f64], f64);
@@ -130,10 +123,7 @@ fn the_belt_is_to_stop_its_margin_before_the_last_robot_loses_an_item() {
     }
     // Nobody is asked where the flag is not given, where nobody can reach anything, or where
     // somebody can take it in time.
-    let not = Config {
-        may_stop_belt: false,
-        ..may_stop(&[])
-    };
+    let not = may_stop(&[]).with_may_stop_belt(false);
     assert_eq!(
         first_request(&mut line(not, ["busy", "", ""], &[0.5])),
         None
@@ -287,13 +277,8 @@ fn who_takes_tasks() {
 /// The moment at which the last robot falls silent is such a reason as well.
 #[test]
 fn the_belt_is_asked_to_stop_at_the_moment_of_silence() {
-    let config = Config {
-        timeouts: pickline_live::Timeouts {
-            robot: Some(2.0),
-            ..Default::default()
-        },
-        ..may_stop(&[])
-    };
+    let config =
+        may_stop(&[]).with_timeouts(pickline_live::Timeouts::default().with_robot(Some(2.0)));
     let mut line = line(config, ["idle", "", ""], &[]);
     line.robot(101.0, "scara-2", "idle");
     line.tick(110.0);
@@ -369,13 +354,8 @@ fn when_a_request_is_due() {
 #[test]
 fn the_silence_of_each_robot_counts() {
     for silent in 0..3 {
-        let config = Config {
-            timeouts: pickline_live::Timeouts {
-                robot: Some(2.0),
-                ..Default::default()
-            },
-            ..may_stop(&[])
-        };
+        let config =
+            may_stop(&[]).with_timeouts(pickline_live::Timeouts::default().with_robot(Some(2.0)));
         let mut states = [""; 3];
         states[silent] = "idle";
         let mut line = line(config, states, &[]);
@@ -391,13 +371,8 @@ fn the_silence_of_each_robot_counts() {
 /// What is due before a request is done before it.
 #[test]
 fn a_request_overtakes_nothing() {
-    let config = Config {
-        timeouts: pickline_live::Timeouts {
-            robot: Some(2.5),
-            ..Default::default()
-        },
-        ..may_stop(&[])
-    };
+    let config =
+        may_stop(&[]).with_timeouts(pickline_live::Timeouts::default().with_robot(Some(2.5)));
     let mut line = Three::with(config, 0.0);
     line.robot(100.0, "delta-1", "idle");
     line.see(100.0, "a", 1.0, 0.0);

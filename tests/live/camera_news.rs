@@ -2,7 +2,6 @@
 //! ends, what an item's news do, and what is remarked.
 
 use crate::support::three::{Three, config};
-use pickline_live::Config;
 
 fn detection(stamp: f64, rest: &str) -> String {
     format!(r#""kind":"detection","stamp":{stamp},{rest}"#)
@@ -110,10 +109,7 @@ fn when_an_item_is_forgotten() {
     line.tick(gone + 0.001);
     assert_eq!(line.controller.load(), (0, 0));
     assert_eq!(line.status().seen, 1);
-    let patient = Config {
-        result_timeout: 30.0,
-        ..config()
-    };
+    let patient = config().with_result_timeout(30.0);
     let mut line = Three::with(patient, 0.3);
     line.robot(100.0, "delta-1", "idle");
     line.see(100.0, "a", 1.0, 0.0);
@@ -129,10 +125,7 @@ fn when_an_item_is_forgotten() {
 
 #[test]
 fn there_is_room_for_so_many_items() {
-    let few = Config {
-        most_items: 3,
-        ..config()
-    };
+    let few = config().with_most_items(3);
     let mut line = Three::with(few, 0.0);
     for (id, x) in [("a", 1.0), ("b", 1.2)] {
         line.see(100.0, id, x, 0.0);
@@ -163,10 +156,7 @@ fn there_is_room_for_so_many_items() {
 #[test]
 fn the_camera_delay_is_taken_off_its_stamps() {
     for (delay, x) in [(0.0, 1.0), (0.15, 1.045)] {
-        let config = Config {
-            camera_delay: delay,
-            ..config()
-        };
+        let config = config().with_camera_delay(delay);
         let mut line = Three::with(config, 0.3);
         line.tick(101.0);
         line.see(101.0, "a", 1.0, 0.0);

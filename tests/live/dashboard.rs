@@ -4,43 +4,20 @@
 use crate::common;
 use pickline::station::built_in;
 use pickline_dashboard::Dashboard;
-use pickline_live::protocol::Status;
-use pickline_live::{ItemView, LineView, TrendView};
+use pickline_live::{ItemView, LineView};
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::{SocketAddr, TcpStream};
 use std::time::{Duration, Instant};
 
 fn view(stamp: f64, items: usize) -> LineView {
-    let item = ItemView {
-        id: "i".repeat(100),
-        x: 0.5,
-        y: 0.0,
-        weight: 1.0,
-        class: None,
-        fate: "waiting",
-        reason: None,
-        robot: None,
-    };
-    LineView {
-        status: Status {
-            stamp,
-            ..Status::default()
-        },
-        latency: pickline_live::protocol::Latency {
-            decisions: 0,
-            p50_ms: 0.0,
-            p99_ms: 0.0,
-            max_ms: 0.0,
-        },
-        decision_times: pickline_live::DecisionTimes::default(),
-        steady: true,
-        belt_speed: 0.05,
-        belt_travel: 0.0,
-        items: vec![item; items],
-        left_out: 0,
-        claims: Vec::new(),
-        trend: TrendView::default(),
-    }
+    let mut item = ItemView::default();
+    item.id = "i".repeat(100);
+    (item.x, item.weight, item.fate) = (0.5, 1.0, "waiting");
+    let mut view = LineView::default();
+    view.status.stamp = stamp;
+    (view.steady, view.belt_speed) = (true, 0.05);
+    view.items = vec![item; items];
+    view
 }
 
 fn watch(dashboard: &Dashboard) -> TcpStream {

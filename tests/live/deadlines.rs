@@ -2,7 +2,6 @@
 //! cannot be reached, peers that come back, the end of the line.
 
 use crate::support::three::{Three, config};
-use pickline_live::Config;
 use pickline_live::protocol::{Outgoing, Task};
 
 /// On a standing belt `delta-1` has a task of item `a`; it takes 0.3667 s.
@@ -37,10 +36,7 @@ fn send_again_to(line: &mut Three, robot: usize) -> Vec<String> {
 
 #[test]
 fn what_nobody_acknowledges_is_sent_sixty_times() {
-    let config = Config {
-        ack_timeout: 0.5,
-        ..config()
-    };
+    let config = config().with_ack_timeout(0.5);
     let mut line = Three::with(config, 0.0);
     line.robot(100.0, "delta-1", "idle");
     line.see(100.0, "a", 1.0, 0.0);
@@ -72,10 +68,7 @@ fn what_nobody_acknowledges_is_sent_sixty_times() {
 #[test]
 fn when_a_result_is_overdue() {
     for timeout in [5.0, 2.0] {
-        let config = Config {
-            result_timeout: timeout,
-            ..config()
-        };
+        let config = config().with_result_timeout(timeout);
         let mut line = Three::with(config, 0.0);
         line.robot(100.0, "delta-1", "idle");
         line.see(100.0, "a", 1.0, 0.0);

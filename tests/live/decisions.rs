@@ -61,11 +61,7 @@ fn times(shown: &Mutex<Vec<Shown>>) -> Vec<f64> {
 
 #[test]
 fn a_strategy_sees_the_line_as_it_is() {
-    let config = Config {
-        lead: vec![0.0, 0.25],
-        view_from: 0.5,
-        ..config()
-    };
+    let config = config().with_lead(vec![0.0, 0.25]).with_view_from(0.5);
     let (mut line, shown) = scripted(config, &[], true);
     line.robot(100.0, "scara-2", "idle");
     line.say(r#""kind":"robot","stamp":100,"name":"delta-1","state":"busy","available_at":107"#);
@@ -282,10 +278,7 @@ fn decisions_are_timed() {
 /// Two robots that can decide at once: the one that is listed first does, whatever their leads.
 #[test]
 fn a_lead_time_is_no_precedence() {
-    let config = Config {
-        lead: vec![0.0, 0.5],
-        ..config()
-    };
+    let config = config().with_lead(vec![0.0, 0.5]);
     let (mut line, _) = scripted(config, &[], false);
     for robot in ["delta-1", "scara-2"] {
         line.robot(100.0, robot, "idle");
@@ -299,10 +292,7 @@ fn a_lead_time_is_no_precedence() {
 /// asked about one that is open, and the start is when it opens.
 #[test]
 fn a_decision_falls_its_lead_before_a_window_opens() {
-    let config = Config {
-        lead: vec![0.1],
-        ..config()
-    };
+    let config = config().with_lead(vec![0.1]);
     for step in 0..60 {
         let shown = Arc::new(Mutex::new(Vec::new()));
         let strategy = Scripted {
@@ -375,9 +365,12 @@ fn a_robot_at_work_is_not_woken() {
 /// Up to the moment at which belt or robot are overdue, that one included, tasks are given.
 #[test]
 fn until_when_a_silent_source_is_relied_on() {
-    let limits = |belt: Option<f64>, robot: Option<f64>| Config {
-        timeouts: pickline_live::Timeouts { belt, robot },
-        ..config()
+    let limits = |belt: Option<f64>, robot: Option<f64>| {
+        config().with_timeouts(
+            pickline_live::Timeouts::default()
+                .with_belt(belt)
+                .with_robot(robot),
+        )
     };
     for config in [limits(Some(2.0), None), limits(None, Some(2.0))] {
         for (free, is_given) in [(101.9, true), (102.0, true), (102.01, false)] {
@@ -396,11 +389,7 @@ fn until_when_a_silent_source_is_relied_on() {
 /// belt's end, both included, without what is taken.
 #[test]
 fn a_strategy_sees_what_lies_on_the_belt_when_the_robot_sets_out() {
-    let config = Config {
-        lead: vec![0.5],
-        view_from: 0.75,
-        ..config()
-    };
+    let config = config().with_lead(vec![0.5]).with_view_from(0.75);
     let shown = Arc::new(Mutex::new(Vec::new()));
     let strategy = Scripted {
         answers: VecDeque::new(),

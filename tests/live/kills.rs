@@ -184,13 +184,11 @@ fn killed_two_hundred_times_with_message_time() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let items = 1000;
     let (station, pattern) = line(0.05, items, 1);
-    let trouble = InjectedFaults {
-        grasp_failures: 0.1,
-        duplicates: 0.1,
-        out_of_order: 0.05,
-        jitter: 0.05,
-        ..InjectedFaults::default()
-    };
+    let trouble = InjectedFaults::default()
+        .with_grasp_failures(0.1)
+        .with_duplicates(0.1)
+        .with_out_of_order(0.05)
+        .with_jitter(0.05);
     let mut emulator = Emulator::new(station, pattern, trouble).unwrap();
     let mut luck = random_stream(1, 1);
     let arguments = [
@@ -316,10 +314,7 @@ fn by_the_clock(mishap: Mishap, least: usize) {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let (speed, items) = (0.4, 150);
     let (station, pattern) = line(speed, items, 2);
-    let trouble = InjectedFaults {
-        grasp_failures: 0.1,
-        ..InjectedFaults::default()
-    };
+    let trouble = InjectedFaults::default().with_grasp_failures(0.1);
     let mut emulator = Emulator::new(station, pattern, trouble).unwrap();
     let text = ["--belt-speed", "0.4", "--status-every", "0.05", "-q"];
     let mut arguments = text.to_vec();

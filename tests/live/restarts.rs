@@ -132,10 +132,7 @@ fn a_journal_of_another_station_is_refused() {
 /// Statuses go on at the times that they have, none of them twice.
 #[test]
 fn statuses_go_on_at_their_times() {
-    let every = Config {
-        status_every: 1.5,
-        ..config()
-    };
+    let every = config().with_status_every(1.5);
     let stamps = |line: &mut Three| {
         let said = std::mem::take(&mut line.said).into_iter();
         let stamps = said.filter_map(|message| match message {
@@ -221,10 +218,7 @@ fn a_change_names_what_has_changed() {
 /// What is asked of the drive is a part of it too.
 #[test]
 fn a_change_names_the_drive() {
-    let config = Config {
-        may_stop_belt: true,
-        ..config()
-    };
+    let config = config().with_may_stop_belt(true);
     let mut line = Three::with(config, 0.3);
     line.robot(100.0, "delta-1", "fault");
     line.controller.whole();
@@ -260,10 +254,7 @@ fn detections_wait_over_a_second_restart() {
 /// There is room for so many items while they wait, as later.
 #[test]
 fn waiting_detections_fill_no_more_room_than_items() {
-    let few = Config {
-        most_items: 5,
-        ..config()
-    };
+    let few = config().with_most_items(5);
     let mut line = busy_line(few.clone());
     let mut again = take_up(whole(&mut line), few, None);
     // Three are known.
@@ -299,10 +290,7 @@ fn no_task_is_given_before_the_belt_is_heard() {
 /// However long the line has run, statuses have the times that they would have had.
 #[test]
 fn statuses_after_a_long_run_are_not_off() {
-    let every = Config {
-        status_every: 0.1,
-        ..config()
-    };
+    let every = config().with_status_every(0.1);
     let mut line = Three::with(config(), 0.0);
     line.tick(1100.02);
     let mut again = take_up(whole(&mut line), every, None);
@@ -323,10 +311,7 @@ fn statuses_after_a_long_run_are_not_off() {
 fn whose_time_it_is() {
     for clock in [ClockKind::Messages, ClockKind::System] {
         let by_messages = clock == ClockKind::Messages;
-        let config = Config {
-            clock,
-            ..Config::default()
-        };
+        let config = Config::default().with_clock(clock);
         let controller = Controller::new(station(), strategy(), config);
         let mut line = Three::of(controller);
         let start = 1.75e9;

@@ -15,10 +15,7 @@ fn station(name: &str, robots: usize) -> Station {
 }
 
 fn controller(station: &Station, strategy: &Blueprint) -> Controller {
-    let config = Config {
-        clock: ClockKind::Messages,
-        ..Config::default()
-    };
+    let config = Config::default().with_clock(ClockKind::Messages);
     Controller::new(station.clone(), strategy.make(), config)
 }
 

@@ -160,10 +160,7 @@ fn no_pick_is_lost_by_a_place_or_a_time_that_cannot_be() {
     ] {
         let station = pickline::station::built_in("paper").unwrap();
         let strategy = pickline::strategies::read_alone("SPT,FIFO", 2).unwrap();
-        let config = Config {
-            clock: ClockKind::Messages,
-            ..Config::default()
-        };
+        let config = Config::default().with_clock(ClockKind::Messages);
         let station = station.station(Some(2)).unwrap();
         let mut line = Controller::new(station, strategy.make(), config);
         let mut say = |fields: &str| {

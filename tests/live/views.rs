@@ -1,7 +1,7 @@
 //! What is shown to whoever watches the line.
 
 use crate::support::three::{Three, config};
-use pickline_live::{ClaimView, Config, ItemView};
+use pickline_live::ItemView;
 
 fn near(value: f64, expected: f64) {
     assert!((value - expected).abs() < 1e-9, "{value}, not {expected}");
@@ -28,66 +28,44 @@ fn every_field_of_a_view() {
     near(view.belt_speed, 0.3);
     near(view.belt_travel, 0.3);
     assert_eq!(view.latency, line.controller.latency());
-    let item = |id: &str, x: f64, fate: &'static str| ItemView {
-        id: id.into(),
-        x,
-        y: -0.2,
-        weight: 0.5,
-        class: None,
-        fate,
-        reason: None,
-        robot: None,
+    let item = |id: &str, x: f64, fate: &'static str| {
+        let mut item = ItemView::default();
+        item.id = id.into();
+        (item.x, item.y, item.weight, item.fate) = (x, -0.2, 0.5, fate);
+        item
     };
+    let mut claimed = item("a", 1.3, "claimed");
+    (claimed.y, claimed.weight) = (0.1, 2.0);
+    (claimed.class, claimed.robot) = (Some("PET".into()), Some(0));
+    let mut missed = item("e", 4.29, "missed");
+    missed.reason = Some("unreachable");
     let mut shown = view.items.clone();
     shown.sort_by(|a, b| a.id.cmp(&b.id));
     let expected = [
-        ItemView {
-            y: 0.1,
-            weight: 2.0,
-            class: Some("PET".into()),
-            robot: Some(0),
-            ..item("a", 1.3, "claimed")
-        },
+        claimed,
         // It is on the belt's last millimetres.
         item("b", 4.0, "waiting"),
         item("c", -0.4, "waiting"),
-        ItemView {
-            reason: Some("unreachable"),
-            ..item("e", 4.29, "missed")
-        },
+        missed,
     ];
     assert_eq!(shown.len(), expected.len(), "{shown:?}");
     for (shown, expected) in shown.iter().zip(&expected) {
         near(shown.x, expected.x);
-        let shown = ItemView {
-            x: expected.x,
-            ..shown.clone()
-        };
+        let mut shown = shown.clone();
+        shown.x = expected.x;
         assert_eq!(&shown, expected);
     }
     let (mut tasks, _) = line.said();
-    let task = tasks.remove(0);
-    let claim = ClaimView {
-        task: 1,
-        revision: task.revision,
-        robot: 0,
-        item: "a".into(),
-        stage: "sent",
-        start: task.start,
-        meet_at: task.meet_at,
-        meet: [task.meet.x, task.meet.y],
-        free_at: task.free_at,
-    };
+    let task = tasks.pop().unwrap();
     assert_eq!(view.claims.len(), 1);
-    let shown = ClaimView {
-        revision: task.revision,
-        start: task.start,
-        meet_at: task.meet_at,
-        meet: [task.meet.x, task.meet.y],
-        free_at: task.free_at,
-        ..view.claims[0].clone()
-    };
-    assert_eq!(shown, claim);
+    let claim = &view.claims[0];
+    assert_eq!((claim.task, claim.robot), (1, 0));
+    assert_eq!((claim.item.as_str(), claim.stage), ("a", "sent"));
+    assert_eq!(claim.revision, task.revision);
+    assert_eq!(claim.meet, [task.meet.x, task.meet.y]);
+    near(claim.start, task.start);
+    near(claim.meet_at, task.meet_at);
+    near(claim.free_at, task.free_at);
 }
 
 /// A claim is shown with its stage and times as they are now, and no more once it is recalled.
@@ -165,10 +143,7 @@ fn a_view_says_whose_clock_it_is() {
         controller: pickline_live::Controller::new(
             crate::support::three::station(),
             crate::support::three::strategy(),
-            Config {
-                clock: pickline_live::ClockKind::System,
-                ..config()
-            },
+            config().with_clock(pickline_live::ClockKind::System),
         ),
         said: Vec::new(),
     };

@@ -120,11 +120,9 @@ fn random_feeds_are_poisson_processes_and_the_others_are_not() {
 
 #[test]
 fn gaps_leave_their_share_of_the_belt_empty() {
-    let shape = FeedShape {
-        gap_length: 5.0,
-        gap_share: 0.4,
-        ..FeedShape::default()
-    };
+    let shape = FeedShape::default()
+        .with_gap_length(5.0)
+        .with_gap_share(0.4);
     let feeder = Feeder::new(&Feed::Gaps, Some(6000.0), &BELT, shape).unwrap();
     let pattern = feeder.draw(200_000, &mut random_stream(1, 0)).unwrap();
     // At 333 items/m a step of 0.1 m is no accident of the fed stretches.
@@ -201,13 +199,7 @@ fn profiles_are_followed() {
 fn flows_are_given_in_the_source_or_beside_it() {
     let source =
         |text: &str, flow: Option<f64>| text.parse::<PatternSource>().unwrap().with_flow(flow);
-    let recipe = Recipe {
-        belt: BELT,
-        items: 20,
-        shape: FeedShape::default(),
-        attributes: Default::default(),
-        seed: 1,
-    };
+    let recipe = Recipe::new(BELT, 20, 1);
     for (text, patterns) in [
         ("grid", 1),
         ("poisson", 120),

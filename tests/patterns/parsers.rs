@@ -233,10 +233,7 @@ fn use_pattern(text: &str, picks: &[Index], hz: f64) {
 fn use_messages(text: &str) {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
     for clock in [ClockKind::Messages, ClockKind::System] {
-        let config = Config {
-            clock,
-            ..Config::default()
-        };
+        let config = Config::default().with_clock(clock);
         let strategy = pickline::strategies::read_alone("SPT,FIFO", 2).unwrap();
         let mut controller = Controller::new(station.clone(), strategy.make(), config);
         controller.advance(0.0);
@@ -341,7 +338,8 @@ proptest! {
         belt_speed in prop_oneof![Just(None), any::<f64>().prop_map(Some)],
     ) {
         for text in [&free, &toml, &csv, &words] {
-            let _ = station::parse(text, "s.toml", Overrides { robots, belt_speed });
+            let overrides = Overrides::default().with_robots(robots).with_belt_speed(belt_speed);
+            let _ = station::parse(text, "s.toml", overrides);
             let _ = pattern::parse(text, "p.csv");
             let _ = pattern::parse(&format!("id,x,y\n{text}"), "p.csv");
             if let Ok(source) = text.parse::<PatternSource>() {
@@ -372,10 +370,7 @@ proptest! {
     ) {
         for text in [format!("{name}:{a}"), format!("{name}:{a},{b}"), format!("{name}:{b},{a}")] {
             if let Ok(distribution) = text.parse::<Distribution>() {
-                let attributes = pattern::Attributes {
-                    area_cm2: Some(distribution),
-                    ..Default::default()
-                };
+                let attributes = pattern::Attributes::default().with_area_cm2(distribution);
                 let plain = grid(1.0, 0.1, 30).unwrap();
                 match attributes.apply(plain, &mut pattern::random_stream(seed, 0)) {
                     Ok(pattern) => {

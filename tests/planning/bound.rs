@@ -43,10 +43,7 @@ fn no_bound_is_below_the_optimum_of_tiny_instances() {
             }
             for slot_s in [0.01, 0.3, 5.0] {
                 let slot_s = Some(slot_s);
-                let options = BoundOptions {
-                    slot_s,
-                    ..options(objective, 30)
-                };
+                let options = options(objective, 30).with_slot_s(slot_s);
                 holds(&bound(&scene, &options), &best);
             }
         }
@@ -75,25 +72,21 @@ fn no_bound_is_below_the_optimum_where_things_go_wrong() {
     for seed in 0..250 {
         let (station, pattern) = tiny(4).new_tree(&mut runner).unwrap().current();
         let (noisy, failing) = (seed % 3 > 0, seed % 3 != 1 && station.robots().len() < 3);
-        let conditions = Conditions {
-            update_hz: 0.0,
-            camera_x: [None, Some(-0.3), Some(0.5)][seed as usize / 3 % 3],
-            disturbances: Disturbances {
-                grasp_failures: failing,
-                default_p_grasp: 0.7,
-                position_noise: if noisy { 0.1 } else { 0.0 },
-                seed,
-            },
-        };
+        let conditions = Conditions::default()
+            .with_camera_x([None, Some(-0.3), Some(0.5)][seed as usize / 3 % 3])
+            .with_disturbances(
+                Disturbances::default()
+                    .with_grasp_failures(failing)
+                    .with_default_p_grasp(0.7)
+                    .with_position_noise(if noisy { 0.1 } else { 0.0 })
+                    .with_seed(seed),
+            );
         let scene = Scene::under(&station, &pattern, conditions).unwrap();
         let best = optimum(&scene);
         let plain = optimum(&undisturbed(&scene, conditions.camera_x));
         for objective in [BoundObjective::Picks, BoundObjective::Weight] {
             for slot_s in [None, Some(0.3)] {
-                let options = BoundOptions {
-                    slot_s,
-                    ..options(objective, 30)
-                };
+                let options = options(objective, 30).with_slot_s(slot_s);
                 holds(&bound(&scene, &options), &best);
             }
         }
@@ -157,11 +150,9 @@ fn the_bound_is_that_of_the_linear_program() {
             exact < 0.9 * items as f64,
             "{name}: {exact}, hardly a contest"
         );
-        let options = BoundOptions {
-            slot_s: Some(slot),
-            ends: false,
-            ..options(BoundObjective::Picks, 1000)
-        };
+        let options = options(BoundObjective::Picks, 1000)
+            .with_slot_s(slot)
+            .with_ends(false);
         let found = bound(&scene, &options);
         println!(
             "{name}: bound {:.3}, linear program {exact:.3}",
@@ -234,16 +225,16 @@ fn the_bound_holds_where_things_go_wrong() {
     ] {
         for seed in 1..4 {
             let pattern = dense(&station, 40, seed);
-            let conditions = Conditions {
-                update_hz: 10.0,
-                camera_x,
-                disturbances: Disturbances {
-                    grasp_failures: failures,
-                    default_p_grasp: 0.8,
-                    position_noise,
-                    seed,
-                },
-            };
+            let conditions = Conditions::default()
+                .with_update_hz(10.0)
+                .with_camera_x(camera_x)
+                .with_disturbances(
+                    Disturbances::default()
+                        .with_grasp_failures(failures)
+                        .with_default_p_grasp(0.8)
+                        .with_position_noise(position_noise)
+                        .with_seed(seed),
+                );
             let scene = Scene::under(&station, &pattern, conditions).unwrap();
             let found = bound(&scene, &options(BoundObjective::Picks, 60));
             tree.evaluate(&scene, |_, figures| {
@@ -313,10 +304,7 @@ fn steps_are_counted_and_told() {
     };
     let plain = options(BoundObjective::Picks, 40);
     for (ends, expected) in [(true, 80), (false, 40)] {
-        let (found, told) = run(&BoundOptions {
-            ends,
-            ..plain.clone()
-        });
+        let (found, told) = run(&plain.clone().with_ends(ends));
         let counted: Vec<_> = (1..=found.iterations)
             .map(|step| (step, expected))
             .collect();
@@ -337,12 +325,11 @@ fn steps_are_counted_and_told() {
     }
     let (whole, _) = run(&plain);
     let known = |known: f64, ends: bool| {
-        let quiet = BoundOptions {
-            known,
-            ends,
-            schedule: false,
-            ..plain.clone()
-        };
+        let quiet = plain
+            .clone()
+            .with_known(known)
+            .with_ends(ends)
+            .with_schedule(false);
         let (found, told) = run(&quiet);
         assert!(found.schedule.is_none());
         (found.stop, told.len())
@@ -354,10 +341,7 @@ fn steps_are_counted_and_told() {
         "{steps}"
     );
     assert_eq!(known(whole.value - 1.0, false), (BoundStop::Done, 40));
-    let long = BoundOptions {
-        arcs: 6000,
-        ..plain.clone()
-    };
+    let long = plain.clone().with_arcs(6000);
     let (found, _) = run(&long);
     assert!(found.coarse && found.arcs <= 6000 && found.slot_s > whole.slot_s);
     let names = [
@@ -414,10 +398,7 @@ fn slots_that_cannot_be_are_refused_and_huge_patterns_are_not() {
         (f64::NAN, "not a valid slot length"),
         (1e-6, "too short"),
     ] {
-        let options = BoundOptions {
-            slot_s: Some(slot),
-            ..BoundOptions::default()
-        };
+        let options = BoundOptions::default().with_slot_s(slot);
         let error = upper_bound(&scene, &options, &mut |_, _| true).unwrap_err();
         assert!(error.to_string().contains(word), "{error}");
     }

@@ -10,12 +10,11 @@ use pickline::sim::Scene;
 fn steps(pattern: &Pattern, iterations: usize) -> (usize, usize) {
     let station = line(&[1.0, 2.0]);
     let scene = Scene::new(&station, pattern).unwrap();
-    let options = BoundOptions {
-        iterations,
-        // As much as any bound allows, so that no step is needed for what is earned.
-        known: 1e9,
-        ..BoundOptions::default()
-    };
+    // As much as any bound allows, so that no step is needed for what is earned.
+    let known = 1e9;
+    let options = BoundOptions::default()
+        .with_iterations(iterations)
+        .with_known(known);
     let mut told = Vec::new();
     let bound = upper_bound(&scene, &options, &mut |done, of| {
         told.push((done, of));

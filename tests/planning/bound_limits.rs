@@ -3,7 +3,7 @@
 
 use crate::brute_force::{bound, holds, optimum, options, undisturbed};
 use pickline::pattern::{Item, Pattern};
-use pickline::planning::bound::{Bound, BoundObjective, BoundOptions, BoundStop};
+use pickline::planning::bound::{Bound, BoundObjective, BoundStop};
 use pickline::sim::{Conditions, Disturbances, Scene};
 use pickline::station::{Belt, Robot, Station};
 
@@ -73,10 +73,7 @@ fn lengths(times: &[f64]) -> Vec<f64> {
 }
 
 fn with_slots(scene: &Scene, objective: BoundObjective, slot_s: Option<f64>) -> Bound {
-    let options = BoundOptions {
-        slot_s,
-        ..options(objective, 60)
-    };
+    let options = options(objective, 60).with_slot_s(slot_s);
     bound(scene, &options)
 }
 
@@ -212,10 +209,7 @@ fn weights_with_fractions_are_rounded_up() {
             );
         }
         // Without slots the bound is the sum of all, a little more than that.
-        let none = BoundOptions {
-            arcs: 0,
-            ..options(BoundObjective::Weight, 1)
-        };
+        let none = options(BoundObjective::Weight, 1).with_arcs(0);
         let found = bound(&scene, &none);
         assert_eq!(found.stop, BoundStop::TooManyItems);
         let value = in_parts(found.value);
@@ -315,16 +309,15 @@ fn a_run_may_begin_with_a_pick() {
 }
 
 fn disturbed(camera_x: Option<f64>, failures: bool, position_noise: f64, seed: u64) -> Conditions {
-    Conditions {
-        update_hz: 0.0,
-        camera_x,
-        disturbances: Disturbances {
-            grasp_failures: failures,
-            default_p_grasp: 0.6,
-            position_noise,
-            seed,
-        },
-    }
+    Conditions::default()
+        .with_camera_x(camera_x)
+        .with_disturbances(
+            Disturbances::default()
+                .with_grasp_failures(failures)
+                .with_default_p_grasp(0.6)
+                .with_position_noise(position_noise)
+                .with_seed(seed),
+        )
 }
 
 /// What a bound says, without how it was found.

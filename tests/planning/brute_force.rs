@@ -14,11 +14,9 @@ pub fn bound(scene: &Scene, options: &BoundOptions) -> Bound {
 }
 
 pub fn options(objective: BoundObjective, iterations: usize) -> BoundOptions {
-    BoundOptions {
-        objective,
-        iterations,
-        ..BoundOptions::default()
-    }
+    BoundOptions::default()
+        .with_objective(objective)
+        .with_iterations(iterations)
 }
 
 /// The best of all schedules.

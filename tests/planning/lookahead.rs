@@ -50,10 +50,7 @@ fn without_weightless_items(pattern: &Pattern) -> Pattern {
 }
 
 fn everything_in_view<'a>(station: &'a Station, pattern: &'a Pattern) -> Scene<'a> {
-    let conditions = Conditions {
-        camera_x: Some(-1e6),
-        ..Conditions::default()
-    };
+    let conditions = Conditions::default().with_camera_x(-1e6);
     Scene::under(station, pattern, conditions).unwrap()
 }
 
@@ -106,13 +103,15 @@ proptest! {
             Just("budget=100"), Just("budget=100,horizon=2.5"), Just("goal=weight,budget=50")
         ],
     ) {
-        let disturbances = Disturbances {
-            grasp_failures,
-            default_p_grasp: 0.6,
-            position_noise,
-            seed: 7,
-        };
-        let conditions = Conditions { update_hz, camera_x, disturbances };
+        let disturbances = Disturbances::default()
+            .with_grasp_failures(grasp_failures)
+            .with_default_p_grasp(0.6)
+            .with_position_noise(position_noise)
+            .with_seed(7);
+        let conditions = Conditions::default()
+            .with_update_hz(update_hz)
+            .with_camera_x(camera_x)
+            .with_disturbances(disturbances);
         let scene = Scene::under(&station, &pattern, conditions).unwrap();
         let options = options(text, &bases, station.robots().len());
         let outcome = run(&scene, options.clone());

@@ -67,16 +67,12 @@ fn gains_are_paired_over_the_patterns() {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
     let width = station.belt().width;
     let patterns = [0.15, 0.18, 0.21].map(|s| pickline::pattern::grid(width, s, 40).unwrap());
-    let conditions = Conditions {
-        update_hz: 5.0,
-        camera_x: None,
-        disturbances: Disturbances {
-            grasp_failures: true,
-            default_p_grasp: 0.8,
-            position_noise: 0.0,
-            seed: 4,
-        },
-    };
+    let conditions = Conditions::default().with_update_hz(5.0).with_disturbances(
+        Disturbances::default()
+            .with_grasp_failures(true)
+            .with_default_p_grasp(0.8)
+            .with_seed(4),
+    );
     let stop = AtomicBool::new(false);
     let environment = Environment {
         stop: &stop,

@@ -2,8 +2,8 @@
 
 use pickline::dispatch::RuleAssignment;
 use pickline::optimize::{
-    Environment, Evaluator, Grasp, Limits, Objective, Optimum, Progress, Risk, Search, SearchKind,
-    Silent, SpeedScan, StopReason, optimize,
+    Environment, Evaluator, Limits, Objective, Optimum, Progress, Risk, Search, SearchKind, Silent,
+    SpeedScan, StopReason, find_optimum,
 };
 use pickline::pattern::{Item, Pattern, PatternSource, Recipe};
 use pickline::sim::Conditions;
@@ -11,17 +11,11 @@ use pickline::station::{Station, built_in};
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
-const SEARCH: Search = Search {
-    kind: SearchKind::Both,
-    grasp: Grasp {
-        starts: 8,
-        alpha: 0.3,
-        seed: 1,
-    },
-    risk: Risk::Mean,
-    scan: Some(SpeedScan { step: 0.001 }),
-    limits: Limits::NONE,
-};
+fn both_methods() -> Search {
+    Search::default()
+        .with_kind(SearchKind::Both)
+        .with_limits(Limits::NONE)
+}
 
 fn search(station: &Station, patterns: &[Pattern], objective: Objective, how: &Search) -> Optimum {
     let stop = AtomicBool::new(false);
@@ -30,17 +24,11 @@ fn search(station: &Station, patterns: &[Pattern], objective: Objective, how: &S
         progress: &Silent,
     };
     let evaluator = Evaluator::new(station, patterns, objective, &Conditions::default()).unwrap();
-    optimize(&evaluator, how, &environment).unwrap()
+    find_optimum(&evaluator, how, &environment).unwrap()
 }
 
 fn balanced(station: &Station, items: usize, seed: u64) -> Vec<Pattern> {
-    let recipe = Recipe {
-        belt: *station.belt(),
-        shape: Default::default(),
-        items,
-        attributes: Default::default(),
-        seed,
-    };
+    let recipe = Recipe::new(*station.belt(), items, seed);
     PatternSource::Balanced(120)
         .build(&recipe)
         .unwrap()
@@ -50,7 +38,7 @@ fn balanced(station: &Station, items: usize, seed: u64) -> Vec<Pattern> {
 fn assert_best(name: &str, robots: usize, items: usize, seed: u64, expected: &str) {
     let station = built_in(name).unwrap().station(Some(robots)).unwrap();
     let patterns = balanced(&station, items, seed);
-    let optimum = search(&station, &patterns, Objective::PickingRate, &SEARCH);
+    let optimum = search(&station, &patterns, Objective::PickingRate, &both_methods());
     let best = optimum.ranking.best().assignment.to_string();
     assert_eq!(best, expected, "{name}, {robots} robots, seed {seed}");
     assert_eq!(optimum.stop, StopReason::Enumerated);
@@ -79,10 +67,7 @@ fn the_papers_assignments_come_first_on_the_narrow_station() {
 fn the_papers_assignment_of_four_robots_is_in_the_tied_set() {
     let station = built_in("paper").unwrap().station(Some(4)).unwrap();
     let patterns = balanced(&station, 150, 1);
-    let how = Search {
-        kind: SearchKind::Exhaustive,
-        ..SEARCH
-    };
+    let how = both_methods().with_kind(SearchKind::Exhaustive);
     let optimum = search(&station, &patterns, Objective::PickingRate, &how);
     let papers: RuleAssignment = "SPT,SPT,SPT,FIFO".parse().unwrap();
     let entry = optimum
@@ -106,11 +91,7 @@ fn grasp_finds_the_optimum_of_three_robots() {
         Objective::MaxSpeed(scan),
     ] {
         for risk in [Risk::Mean, Risk::Worst, Risk::Cvar(0.2)] {
-            let how = Search {
-                risk,
-                scan: Some(scan),
-                ..SEARCH
-            };
+            let how = both_methods().with_risk(risk).with_scan(scan);
             let both = search(&station, &patterns, objective, &how);
             let gap = both.grasp_gap.unwrap();
             let best = both
@@ -124,10 +105,7 @@ fn grasp_finds_the_optimum_of_three_robots() {
                 (0.0..=0.01 * best).contains(&gap),
                 "{objective:?} {risk}: {gap} of {best}"
             );
-            let alone = Search {
-                kind: SearchKind::Grasp,
-                ..how
-            };
+            let alone = how.with_kind(SearchKind::Grasp);
             let alone = search(&station, &patterns, objective, &alone);
             assert_eq!(alone.stop, StopReason::LocalOptima);
             assert_eq!(
@@ -151,10 +129,7 @@ fn auto_enumerates_short_lines_and_searches_long_ones() {
     ] {
         let station = built_in("paper").unwrap().station(Some(robots)).unwrap();
         let patterns: Vec<Pattern> = balanced(&station, 20, 3).into_iter().step_by(60).collect();
-        let how = Search {
-            kind: SearchKind::Auto,
-            ..SEARCH
-        };
+        let how = both_methods().with_kind(SearchKind::Auto);
         let optimum = search(&station, &patterns, Objective::PickingRate, &how);
         assert_eq!(optimum.kind, kind, "{robots} robots");
     }
@@ -187,7 +162,7 @@ fn a_case_with_a_known_answer() {
     ])
     .unwrap();
     let patterns = [pattern];
-    let optimum = search(&slow, &patterns, Objective::WeightedRate, &SEARCH);
+    let optimum = search(&slow, &patterns, Objective::WeightedRate, &both_methods());
     let value = |rule: &str| {
         let rule: RuleAssignment = rule.parse().unwrap();
         let found = optimum
@@ -213,7 +188,7 @@ fn no_assignment_is_proven_better_than_the_best() {
     for seed in 1..=4 {
         let station = built_in("paper").unwrap().station(Some(2)).unwrap();
         let patterns = balanced(&station, 150, seed);
-        let optimum = search(&station, &patterns, Objective::PickingRate, &SEARCH);
+        let optimum = search(&station, &patterns, Objective::PickingRate, &both_methods());
         for entry in &optimum.ranking.entries {
             assert!(
                 entry.difference.unwrap().high >= 0.0,
@@ -252,12 +227,8 @@ fn a_long_line_tells_how_far_a_start_is() {
         stop: &stop,
         progress: &told,
     };
-    let how = Search {
-        kind: SearchKind::Grasp,
-        scan: None,
-        ..SEARCH
-    };
-    let optimum = optimize(&evaluator, &how, &environment).unwrap();
+    let how = both_methods().with_kind(SearchKind::Grasp).with_scan(None);
+    let optimum = find_optimum(&evaluator, &how, &environment).unwrap();
     let told = told.0.into_inner().unwrap();
     // The first step of the first start tries every rule for the first robot.
     for pattern in 1..=3 {

@@ -74,13 +74,7 @@ fn the_winner_is_validated_on_patterns_of_the_next_seed() {
     let best: RuleAssignment = best.join(",").parse().unwrap();
     let station = built_in("paper").unwrap().station(None).unwrap();
     let mean = |seed: u64, count: usize| {
-        let recipe = Recipe {
-            belt: *station.belt(),
-            shape: Default::default(),
-            items: 40,
-            attributes: Default::default(),
-            seed,
-        };
+        let recipe = Recipe::new(*station.belt(), 40, seed);
         let set = PatternSource::Poisson(0.15, count).build(&recipe).unwrap();
         let rates = set.patterns.iter().map(|pattern| {
             let scene = Scene::new(&station, pattern).unwrap();

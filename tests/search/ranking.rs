@@ -1,10 +1,10 @@
 //! How assignments are ranked under risk, on part of the patterns and beside GRASP, worked out
 //! from single runs.
 
-use super::scores::{GO_ON, SEARCH, environment, evaluate, figures, patterns, rate, station};
+use super::scores::{GO_ON, enumeration, environment, evaluate, figures, patterns, rate, station};
 use pickline::dispatch::RuleAssignment;
 use pickline::optimize::{
-    Evaluator, Grasp, Objective, Ranked, Ranking, Risk, Search, SearchKind, TieBreak, optimize,
+    Evaluator, Grasp, Objective, Ranked, Ranking, Risk, SearchKind, TieBreak, find_optimum,
 };
 use pickline::pattern::{Pattern, PatternSource, Recipe, poisson_disk, random_stream};
 use pickline::sim::Conditions;
@@ -71,27 +71,15 @@ fn the_worst_pattern_of_a_sample_is_told_by_its_place_in_the_set() {
 #[test]
 fn the_gap_says_what_grasp_missed() {
     let line = built_in("paper").unwrap().station(Some(3)).unwrap();
-    let recipe = Recipe {
-        belt: *line.belt(),
-        items: 40,
-        shape: Default::default(),
-        attributes: Default::default(),
-        seed: 1,
-    };
+    let recipe = Recipe::new(*line.belt(), 40, 1);
     let dense: PatternSource = "poisson:0.12:5".parse().unwrap();
     let patterns = dense.build(&recipe).unwrap().patterns;
     let plain = Conditions::default();
     let evaluator = Evaluator::new(&line, &patterns, Objective::PickingRate, &plain).unwrap();
-    let how = Search {
-        kind: SearchKind::Both,
-        grasp: Grasp {
-            starts: 1,
-            alpha: 1.0,
-            seed: 1,
-        },
-        ..SEARCH
-    };
-    let found = optimize(&evaluator, &how, &environment(&GO_ON)).unwrap();
+    let how = enumeration()
+        .with_kind(SearchKind::Both)
+        .with_grasp(Grasp::default().with_starts(1).with_alpha(1.0));
+    let found = find_optimum(&evaluator, &how, &environment(&GO_ON)).unwrap();
     let reached = found.grasp.unwrap().best.unwrap();
     let mean = |rules: &RuleAssignment| {
         let rates = patterns

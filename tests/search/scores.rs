@@ -3,9 +3,9 @@
 use pickline::decision::Figures;
 use pickline::dispatch::RuleAssignment;
 use pickline::optimize::{
-    Environment, Evaluation, Evaluator, Limits, MostRuns, Objective, Progress, Ranked, Ranking,
-    Risk, Search, SearchKind, Silent, SpeedScan, Stop, StopReason, TieBreak, chosen_flow, optimize,
-    rivals, validate,
+    Environment, Evaluation, Evaluator, Grasp, Limits, MostRuns, Objective, Progress, Ranking,
+    Risk, Search, SearchKind, Silent, SpeedScan, Stop, StopReason, TieBreak, find_optimum, rivals,
+    validate,
 };
 use pickline::pattern::{Item, Pattern, grid, poisson_disk, random_stream};
 use pickline::planning::bound::{BoundOptions, upper_bound};
@@ -50,16 +50,16 @@ pub fn patterns() -> Vec<Pattern> {
 }
 
 fn conditions() -> Conditions {
-    Conditions {
-        update_hz: 5.0,
-        camera_x: Some(0.4),
-        disturbances: Disturbances {
-            grasp_failures: true,
-            default_p_grasp: 0.8,
-            position_noise: 0.02,
-            seed: 5,
-        },
-    }
+    Conditions::default()
+        .with_update_hz(5.0)
+        .with_camera_x(0.4)
+        .with_disturbances(
+            Disturbances::default()
+                .with_grasp_failures(true)
+                .with_default_p_grasp(0.8)
+                .with_position_noise(0.02)
+                .with_seed(5),
+        )
 }
 
 pub fn figures(
@@ -119,14 +119,10 @@ fn scores_are_the_figures_of_single_runs() {
             for (rules, score) in found.assignments.iter().zip(&found.scores) {
                 let mut shares = 0.0;
                 for (place, pattern) in patterns.iter().enumerate() {
-                    let luck = Disturbances {
-                        seed: conditions.disturbances.seed + place as u64,
-                        ..conditions.disturbances
-                    };
-                    let own = Conditions {
-                        disturbances: luck,
-                        ..conditions
-                    };
+                    let luck = conditions
+                        .disturbances
+                        .with_seed(conditions.disturbances.seed + place as u64);
+                    let own = conditions.with_disturbances(luck);
                     let run = figures(&station, pattern, own, rules);
                     let share = run.picked as f64 / pattern.len() as f64;
                     let expected = match objective {
@@ -529,25 +525,6 @@ fn a_certificate_is_of_the_first_patterns() {
     );
 }
 
-#[test]
-fn the_flow_is_the_smallest_speed_limit() {
-    let entry = |worst: f64| Ranked {
-        assignment: "SPT".parse().unwrap(),
-        mean: 0.5,
-        value: 0.4,
-        difference: None,
-        tied: true,
-        picked_share: 1.0,
-        worst,
-        worst_pattern: 0,
-        max_speed: None,
-    };
-    let by_speed = Objective::MaxSpeed(SpeedScan::default());
-    assert_eq!(chosen_flow(by_speed, &entry(0.3)), Some(0.3));
-    assert_eq!(chosen_flow(by_speed, &entry(0.0)), None);
-    assert_eq!(chosen_flow(Objective::PickingRate, &entry(0.3)), None);
-}
-
 /// Says stop after so many questions.
 struct After(AtomicUsize);
 
@@ -560,17 +537,14 @@ impl Stop for After {
     }
 }
 
-pub const SEARCH: Search = Search {
-    kind: SearchKind::Exhaustive,
-    grasp: pickline::optimize::Grasp {
-        starts: 3,
-        alpha: 0.3,
-        seed: 1,
-    },
-    risk: Risk::Mean,
-    scan: None,
-    limits: Limits::NONE,
-};
+/// Every assignment, without speed limits to break ties.
+pub fn enumeration() -> Search {
+    Search::default()
+        .with_kind(SearchKind::Exhaustive)
+        .with_grasp(Grasp::default().with_starts(3))
+        .with_scan(None)
+        .with_limits(Limits::NONE)
+}
 
 /// A search that is stopped has the best so far, or says that there is nothing.
 #[test]
@@ -579,21 +553,21 @@ fn a_search_says_why_it_ended() {
     let plain = Conditions::default();
     let run = |how: &Search, stop: &dyn Stop| {
         let evaluator = Evaluator::new(&station, &patterns, Objective::PickingRate, &plain);
-        optimize(&evaluator.unwrap(), how, &environment(stop))
+        find_optimum(&evaluator.unwrap(), how, &environment(stop))
     };
-    let whole = run(&SEARCH, &GO_ON).unwrap();
+    let whole = run(&enumeration(), &GO_ON).unwrap();
     assert_eq!(
         (whole.stop, whole.patterns, whole.runs),
         (StopReason::Enumerated, 5, 180)
     );
     assert_eq!((whole.max_runs, whole.grasp_gap), (None, None));
-    let told = run(&SEARCH, &After(AtomicUsize::new(0)))
+    let told = run(&enumeration(), &After(AtomicUsize::new(0)))
         .unwrap_err()
         .to_string();
     assert!(told.contains("interrupted"), "{told}");
     let mut partly = 0;
     for questions in [5, 20, 60, 120, 170] {
-        match run(&SEARCH, &After(AtomicUsize::new(questions))) {
+        match run(&enumeration(), &After(AtomicUsize::new(questions))) {
             Ok(found) => {
                 assert_eq!(found.stop, StopReason::Interrupted);
                 partly += usize::from(found.patterns < 5);
@@ -603,7 +577,7 @@ fn a_search_says_why_it_ended() {
     }
     assert!(partly > 0);
     // Time that is over before anything was scored.
-    let mut hurry = SEARCH;
+    let mut hurry = enumeration();
     hurry.limits.until = Some(std::time::Instant::now());
     let told = run(&hurry, &GO_ON).unwrap_err().to_string();
     assert!(
@@ -611,13 +585,10 @@ fn a_search_says_why_it_ended() {
         "{told}"
     );
     // Runs: too few, for some of the patterns, for all.
-    let within = |kind: SearchKind, runs: u64| Search {
-        kind,
-        limits: Limits {
-            runs: MostRuns::Of(runs),
-            until: None,
-        },
-        ..SEARCH
+    let within = |kind: SearchKind, runs: u64| {
+        enumeration()
+            .with_kind(kind)
+            .with_limits(Limits::default().with_runs(MostRuns::Of(runs)))
     };
     let told = run(&within(SearchKind::Exhaustive, 35), &GO_ON).unwrap_err();
     let told = told.to_string();
@@ -690,12 +661,10 @@ fn progress_comes_to_the_end_of_every_stage() {
         stop: &GO_ON,
         progress: &stages,
     };
-    let how = Search {
-        kind: SearchKind::Both,
-        scan: Some(SpeedScan::new(0.02, &station).unwrap()),
-        ..SEARCH
-    };
-    let found = optimize(&evaluator, &how, &environment).unwrap();
+    let how = enumeration()
+        .with_kind(SearchKind::Both)
+        .with_scan(SpeedScan::new(0.02, &station).unwrap());
+    let found = find_optimum(&evaluator, &how, &environment).unwrap();
     assert!(found.ranking.contenders > 1);
     let winner = &found.ranking.best().assignment;
     let strategies = [
@@ -749,16 +718,10 @@ fn a_greedy_start_climbs_to_a_local_optimum() {
     );
     let plain = Conditions::default();
     let evaluator = Evaluator::new(&line, &patterns, Objective::WeightedRate, &plain).unwrap();
-    let how = Search {
-        kind: SearchKind::Grasp,
-        grasp: pickline::optimize::Grasp {
-            starts: 2,
-            alpha: 0.0,
-            seed: 1,
-        },
-        ..SEARCH
-    };
-    let found = optimize(&evaluator, &how, &environment(&GO_ON)).unwrap();
+    let how = enumeration()
+        .with_kind(SearchKind::Grasp)
+        .with_grasp(Grasp::default().with_starts(2).with_alpha(0.0));
+    let found = find_optimum(&evaluator, &how, &environment(&GO_ON)).unwrap();
     let value = |rules: &RuleAssignment| {
         let robots = line.robots()[..rules.rules().len()].to_vec();
         let part = Station::new(*line.belt(), robots).unwrap();

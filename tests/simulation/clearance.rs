@@ -71,15 +71,12 @@ fn the_smallest_distance_is_that_of_dense_sampling() {
         let station = facing(bins, gap);
         let pattern = poisson_disk(0.8, 0.15, 40, &mut random_stream(3, 0)).unwrap();
         for fails in [false, true] {
-            let conditions = Conditions {
-                disturbances: Disturbances {
-                    grasp_failures: fails,
-                    default_p_grasp: 0.5,
-                    position_noise: 0.0,
-                    seed: 1,
-                },
-                ..Conditions::default()
-            };
+            let conditions = Conditions::default().with_disturbances(
+                Disturbances::default()
+                    .with_grasp_failures(fails)
+                    .with_default_p_grasp(0.5)
+                    .with_seed(1),
+            );
             let scene = Scene::under(&station, &pattern, conditions).unwrap();
             let outcome = simulate_rules(&scene, &"SPT,FIFO".parse().unwrap()).unwrap();
             assert_eq!(!outcome.failures.is_empty(), fails);

@@ -42,15 +42,17 @@ fn conditions() -> impl proptest::strategy::Strategy<Value = Conditions> {
     let camera = prop::option::of(-1.0..2.0f64);
     let noise = prop_oneof![Just(0.0), 0.001..0.05f64, 0.05..1.0f64];
     (hz, camera, any::<bool>(), 0.0..=1.0f64, noise, any::<u64>()).prop_map(
-        |(update_hz, camera_x, grasp_failures, default_p_grasp, position_noise, seed)| Conditions {
-            update_hz,
-            camera_x,
-            disturbances: Disturbances {
-                grasp_failures,
-                default_p_grasp,
-                position_noise,
-                seed,
-            },
+        |(update_hz, camera_x, grasp_failures, default_p_grasp, position_noise, seed)| {
+            Conditions::default()
+                .with_update_hz(update_hz)
+                .with_camera_x(camera_x)
+                .with_disturbances(
+                    Disturbances::default()
+                        .with_grasp_failures(grasp_failures)
+                        .with_default_p_grasp(default_p_grasp)
+                        .with_position_noise(position_noise)
+                        .with_seed(seed),
+                )
         },
     )
 }

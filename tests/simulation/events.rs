@@ -39,13 +39,8 @@ pub fn items(list: &[(&str, f64, bool)]) -> Pattern {
 }
 
 fn scene<'a>(station: &'a Station, pattern: &'a Pattern) -> Scene<'a> {
-    let conditions = Conditions {
-        disturbances: Disturbances {
-            grasp_failures: true,
-            ..Disturbances::default()
-        },
-        ..Conditions::default()
-    };
+    let conditions =
+        Conditions::default().with_disturbances(Disturbances::default().with_grasp_failures(true));
     Scene::under(station, pattern, conditions).unwrap()
 }
 

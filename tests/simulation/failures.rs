@@ -14,26 +14,20 @@ fn paper(robots: usize) -> Station {
 }
 
 fn failing(default_p_grasp: f64, seed: u64) -> Conditions {
-    Conditions {
-        disturbances: Disturbances {
-            grasp_failures: true,
-            default_p_grasp,
-            seed,
-            ..Disturbances::default()
-        },
-        ..Conditions::default()
-    }
+    Conditions::default().with_disturbances(
+        Disturbances::default()
+            .with_grasp_failures(true)
+            .with_default_p_grasp(default_p_grasp)
+            .with_seed(seed),
+    )
 }
 
 fn noisy(position_noise: f64, seed: u64) -> Conditions {
-    Conditions {
-        disturbances: Disturbances {
-            position_noise,
-            seed,
-            ..Disturbances::default()
-        },
-        ..Conditions::default()
-    }
+    Conditions::default().with_disturbances(
+        Disturbances::default()
+            .with_position_noise(position_noise)
+            .with_seed(seed),
+    )
 }
 
 #[test]
@@ -88,10 +82,7 @@ fn luck_is_that_of_item_and_attempt() {
 #[test]
 fn the_luck_of_a_seed_stays_what_it_is() {
     let item = Item::at("a", -1.0, 0.0);
-    let luck = Disturbances {
-        position_noise: 0.5,
-        ..failing(0.5, 3).disturbances
-    };
+    let luck = failing(0.5, 3).disturbances.with_position_noise(0.5);
     let grasps = (0..8).map(|attempt| luck.grasp_succeeds(5, &item, attempt));
     let expected = [true, false, false, false, true, false, true, true];
     assert_eq!(grasps.collect::<Vec<_>>(), expected);
@@ -160,10 +151,7 @@ fn a_camera_upstream_sees_further() {
     let station = paper(2);
     let pattern = grid(1.05, 0.15, 50).unwrap();
     let in_view = |camera: Option<f64>| {
-        let conditions = Conditions {
-            camera_x: camera,
-            ..Conditions::default()
-        };
+        let conditions = Conditions::default().with_camera_x(camera);
         let scene = Scene::under(&station, &pattern, conditions).unwrap();
         let mut run = Run::new(&scene);
         run.next_decision().unwrap().in_view.len()

@@ -1,7 +1,7 @@
 //! The flow is a property of the pattern alone: throughput never exceeds it, and equals it
 //! where everything is picked, whatever the line.
 
-use pickline::experiment::{Method, Setting, Sweep, sweep};
+use pickline::experiment::{Method, Setting, Sweep, sweep_settings};
 use pickline::optimize::{Environment, Silent};
 use pickline::pattern::{Item, Pattern, PatternSource, Recipe, random_stream};
 use pickline::sim::{Conditions, Scene, simulate_rules};
@@ -15,13 +15,7 @@ fn paper(robots: usize) -> Station {
 }
 
 fn patterns(source: &str, items: usize, seed: u64) -> Vec<Pattern> {
-    let recipe = Recipe {
-        belt: *paper(1).belt(),
-        shape: Default::default(),
-        items,
-        attributes: Default::default(),
-        seed,
-    };
+    let recipe = Recipe::new(*paper(1).belt(), items, seed);
     let source: PatternSource = source.parse().unwrap();
     source.build(&recipe).unwrap().patterns
 }
@@ -45,7 +39,7 @@ fn swept(stations: Vec<(f64, Station)>, patterns: &[Pattern]) -> Sweep {
         progress: &Silent,
     };
     let conditions = Conditions::default();
-    sweep(&settings, patterns, &conditions, false, &environment).unwrap()
+    sweep_settings(&settings, patterns, &conditions, false, &environment).unwrap()
 }
 
 /// Of every random feed and several seeds: lines that pick everything have the flow as their

@@ -101,15 +101,13 @@ proptest! {
         for ((station, pattern, rules), steps) in &cases {
             // Every other scene is one where nothing goes wrong.
             let disturbed = steps % 2 == 0;
-            let conditions = Conditions {
-                disturbances: Disturbances {
-                    grasp_failures: disturbed,
-                    default_p_grasp: p,
-                    position_noise: if disturbed { noise } else { 0.0 },
-                    seed: *steps as u64,
-                },
-                ..Conditions::default()
-            };
+            let conditions = Conditions::default().with_disturbances(
+                Disturbances::default()
+                    .with_grasp_failures(disturbed)
+                    .with_default_p_grasp(p)
+                    .with_position_noise(if disturbed { noise } else { 0.0 })
+                    .with_seed(*steps as u64),
+            );
             let scene = Scene::under(station, pattern, conditions).unwrap();
             let outcome;
             (outcome, buffers) = stepped(&scene, rules, buffers);

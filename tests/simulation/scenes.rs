@@ -15,14 +15,8 @@ fn scenes_are_checked() {
     let station = line(&[1.0], 3.0);
     let pattern = items(&[("a", 0.0, false)]);
     let scene = || Scene::new(&station, &pattern).unwrap();
-    let bad_luck = Disturbances {
-        position_noise: -1.0,
-        ..Disturbances::default()
-    };
-    let bad = Conditions {
-        disturbances: bad_luck,
-        ..Conditions::default()
-    };
+    let bad_luck = Disturbances::default().with_position_noise(-1.0);
+    let bad = Conditions::default().with_disturbances(bad_luck);
     for (made, words) in [
         (
             Scene::under(&station, &pattern, bad),
@@ -41,18 +35,14 @@ fn scenes_are_checked() {
     let message = Scene::new(&station, &beside).unwrap_err().to_string();
     assert!(message.contains("y of item `a`"), "{message}");
     // Each sets its own condition and leaves the others.
-    let luck = Disturbances {
-        seed: 7,
-        ..Disturbances::default()
-    };
+    let luck = Disturbances::default().with_seed(7);
     let all = scene().with_update_hz(10.0).unwrap();
     let all = all.with_camera_x(0.5).unwrap();
     let all = all.with_disturbances(luck).unwrap();
-    let expected = Conditions {
-        update_hz: 10.0,
-        camera_x: Some(0.5),
-        disturbances: luck,
-    };
+    let expected = Conditions::default()
+        .with_update_hz(10.0)
+        .with_camera_x(0.5)
+        .with_disturbances(luck);
     assert_eq!(*all.conditions(), expected);
 }
 
@@ -96,10 +86,7 @@ fn windows_that_touch_are_not_independent() {
     let station = line(&[1.0, 4.5], 7.0);
     let scene = Scene::new(&station, &pattern).unwrap();
     assert!(scene.is_independent());
-    let failing = Disturbances {
-        grasp_failures: true,
-        ..Disturbances::default()
-    };
+    let failing = Disturbances::default().with_grasp_failures(true);
     assert!(!scene.with_disturbances(failing).unwrap().is_independent());
 }
 
@@ -135,10 +122,7 @@ fn unclaimed_items_on_the_belt_are_in_view() {
     ];
     let pattern = items(&list);
     let run = |camera: Option<f64>| {
-        let conditions = Conditions {
-            camera_x: camera,
-            ..Conditions::default()
-        };
+        let conditions = Conditions::default().with_camera_x(camera);
         let scene = Scene::under(&station, &pattern, conditions).unwrap();
         let mut watch = Watch::default();
         simulate(&scene, &mut watch).unwrap();

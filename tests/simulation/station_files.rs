@@ -6,11 +6,6 @@ use pickline::station::{
 };
 use std::fs;
 
-const PLAIN: Overrides = Overrides {
-    robots: None,
-    belt_speed: None,
-};
-
 /// The example with one value of its line changed.
 fn with_line(key: &str, value: &str) -> String {
     let (head, line) = commented_example().split_once("[line]\n").unwrap();
@@ -42,11 +37,12 @@ fn every_value_of_a_line_is_held_to_its_limits() {
             // Far upstream of its start there is no belt to speak of.
             if (key, value) != ("first_base_x", "-1e4") {
                 let text = with_line(key, value);
-                parse(&text, "t", PLAIN).unwrap_or_else(|e| panic!("{key} = {value}: {e}"));
+                parse(&text, "t", Overrides::default())
+                    .unwrap_or_else(|e| panic!("{key} = {value}: {e}"));
             }
         }
         for value in bad {
-            let message = parse(&with_line(key, value), "t", PLAIN).unwrap_err();
+            let message = parse(&with_line(key, value), "t", Overrides::default()).unwrap_err();
             let message = message.to_string();
             let blamed = message.contains(&format!("line.{key}: ")) && message.contains(words);
             assert!(blamed, "{key} = {value}: {message}");
@@ -71,7 +67,7 @@ fn every_value_of_a_built_in_line_is_checked() {
     ];
     let paper = built_in("paper").unwrap();
     for (key, change) in changes {
-        let mut bent = pickline::station::BuiltIn { ..*paper };
+        let mut bent = paper.clone();
         change(&mut bent.line);
         let message = bent.station(None).unwrap_err().to_string();
         assert!(message.contains(&format!("{key}: NaN")), "{message}");
@@ -92,7 +88,7 @@ fn paths_are_files_and_other_names_are_not() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("paper.toml");
     let path = path.to_str().unwrap();
-    let message = load(path, PLAIN).unwrap_err().to_string();
+    let message = load(path, Overrides::default()).unwrap_err().to_string();
     assert!(
         message.contains("the file does not exist") && message.contains("use `paper`"),
         "{message}"
@@ -100,31 +96,36 @@ fn paths_are_files_and_other_names_are_not() {
     // A file of nearly that name is what was meant.
     let near = folder.path().join("papers.toml");
     fs::write(&near, with_line("robots", "5")).unwrap();
-    let message = load(path, PLAIN).unwrap_err().to_string();
+    let message = load(path, Overrides::default()).unwrap_err().to_string();
     assert!(
         message.contains("papers.toml") && !message.contains("use `paper`"),
         "{message}"
     );
     let other = folder.path().join("elsewhere.toml");
-    let message = load(other.to_str().unwrap(), PLAIN)
+    let message = load(other.to_str().unwrap(), Overrides::default())
         .unwrap_err()
         .to_string();
     assert!(!message.contains("built-in"), "{message}");
     fs::rename(&near, path).unwrap();
-    assert_eq!(load(path, PLAIN).unwrap().robots().len(), 5);
-    assert_eq!(load("paper", PLAIN).unwrap().robots().len(), 2);
+    assert_eq!(load(path, Overrides::default()).unwrap().robots().len(), 5);
+    assert_eq!(
+        load("paper", Overrides::default()).unwrap().robots().len(),
+        2
+    );
 }
 
 /// A name without its extension means the file in this folder, if that is a station file.
 #[test]
 fn a_file_named_without_its_extension_is_suggested() {
-    let message = load("Cargo", PLAIN).unwrap_err().to_string();
+    let message = load("Cargo", Overrides::default()).unwrap_err().to_string();
     assert!(
         message.contains("`Cargo` is neither a file nor a built-in station")
             && message.contains("did you mean Cargo.toml?"),
         "{message}"
     );
-    let message = load("Cargo-lock", PLAIN).unwrap_err().to_string();
+    let message = load("Cargo-lock", Overrides::default())
+        .unwrap_err()
+        .to_string();
     assert!(
         message.contains("is neither") && message.contains("known: paper, paper-narrow"),
         "{message}"
@@ -134,30 +135,30 @@ fn a_file_named_without_its_extension_is_suggested() {
 #[test]
 fn a_strategy_is_read_with_its_place() {
     let text = format!("strategy = \"rules:SPT,FIFO\"\n{}", commented_example());
-    let (station, saved) = parse_with_strategy(&text, "t", PLAIN).unwrap();
-    assert_eq!(station, load("paper", PLAIN).unwrap());
+    let (station, saved) = parse_with_strategy(&text, "t", Overrides::default()).unwrap();
+    assert_eq!(station, load("paper", Overrides::default()).unwrap());
     let saved = saved.unwrap();
     assert_eq!(
         (saved.text.as_str(), saved.place.as_str()),
         ("rules:SPT,FIFO", "t:1: strategy")
     );
-    let (_, none) = parse_with_strategy(commented_example(), "t", PLAIN).unwrap();
+    let (_, none) = parse_with_strategy(commented_example(), "t", Overrides::default()).unwrap();
     assert_eq!(none, None);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("s.toml");
     fs::write(&path, text).unwrap();
-    let (_, saved) = load_with_strategy(path.to_str().unwrap(), PLAIN).unwrap();
+    let (_, saved) = load_with_strategy(path.to_str().unwrap(), Overrides::default()).unwrap();
     assert_eq!(saved.unwrap().text, "rules:SPT,FIFO");
-    assert_eq!(load_with_strategy("paper", PLAIN).unwrap().1, None);
+    assert_eq!(
+        load_with_strategy("paper", Overrides::default()).unwrap().1,
+        None
+    );
 }
 
 /// A speed of 0 is the file's fault, whatever the flag.
 #[test]
 fn settings_are_blamed_for_what_they_ask() {
-    let fast = Overrides {
-        belt_speed: Some(0.4),
-        ..PLAIN
-    };
+    let fast = Overrides::default().with_belt_speed(0.4);
     let of = |value: &str| parse(&with_line("speed", value), "t", fast);
     assert_eq!(of("0.5").unwrap().belt().speed, 0.4);
     let message = of("0.3").unwrap_err().to_string();
@@ -182,14 +183,18 @@ fn what_follows_from_a_line_is_blamed_on_it() {
         (with_length, "is not a valid position"),
         (wide, "is not a valid position"),
     ] {
-        let message = parse(&text, "t", PLAIN).unwrap_err().to_string();
+        let message = parse(&text, "t", Overrides::default())
+            .unwrap_err()
+            .to_string();
         assert!(
             message.contains(": line: ") && message.contains(words),
             "{message}"
         );
     }
     let key = with_line("reach", "0.8\nreech = 0.8");
-    let message = parse(&key, "t", PLAIN).unwrap_err().to_string();
+    let message = parse(&key, "t", Overrides::default())
+        .unwrap_err()
+        .to_string();
     assert!(
         message.contains("line.reech") && message.contains("`reach`"),
         "{message}"
@@ -198,19 +203,18 @@ fn what_follows_from_a_line_is_blamed_on_it() {
 
 #[test]
 fn robots_of_a_list_are_blamed_one_by_one() {
-    let list = pickline::station::to_toml(&load("paper", PLAIN).unwrap());
-    parse(&list, "t", PLAIN).unwrap();
+    let list = pickline::station::to_toml(&load("paper", Overrides::default()).unwrap());
+    parse(&list, "t", Overrides::default()).unwrap();
     let key = list.replacen("reach =", "reech =", 1);
-    let message = parse(&key, "t", PLAIN).unwrap_err().to_string();
+    let message = parse(&key, "t", Overrides::default())
+        .unwrap_err()
+        .to_string();
     assert!(
         message.contains("robot[0].reech") && message.contains("`reach`"),
         "{message}"
     );
     // A speed of 0 is the file's fault here too.
-    let fast = Overrides {
-        belt_speed: Some(0.4),
-        ..PLAIN
-    };
+    let fast = Overrides::default().with_belt_speed(0.4);
     let still = list.replacen("speed = 0.5", "speed = 0.0", 1);
     let message = parse(&still, "t", fast).unwrap_err().to_string();
     assert!(

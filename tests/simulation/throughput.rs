@@ -2,7 +2,7 @@
 //! length of the pattern.
 
 use crate::common;
-use pickline::experiment::{Method, Setting, sweep};
+use pickline::experiment::{Method, Setting, sweep_settings};
 use pickline::optimize::{Environment, Silent};
 use pickline::pattern::{Item, Pattern, grid, poisson_disk, random_stream};
 use pickline::sim::{Conditions, Disturbances, Scene, simulate_rules};
@@ -98,7 +98,7 @@ fn a_further_robot_is_worth_its_own_capacity() {
         stop: &stop,
         progress: &Silent,
     };
-    let swept = sweep(
+    let swept = sweep_settings(
         &settings,
         &patterns,
         &Conditions::default(),
@@ -262,16 +262,13 @@ fn conditions_are_no_exceptions() {
     let station = paper(2);
     let width = station.belt().width;
     let pattern = grid(width, 0.15, 1600).unwrap();
-    let conditions = Conditions {
-        camera_x: Some(0.2),
-        disturbances: Disturbances {
-            grasp_failures: true,
-            default_p_grasp: 0.8,
-            position_noise: 0.004,
-            seed: 5,
-        },
-        ..Conditions::default()
-    };
+    let conditions = Conditions::default().with_camera_x(0.2).with_disturbances(
+        Disturbances::default()
+            .with_grasp_failures(true)
+            .with_default_p_grasp(0.8)
+            .with_position_noise(0.004)
+            .with_seed(5),
+    );
     let scene = Scene::under(&station, &pattern, conditions).unwrap();
     let outcome = simulate_rules(&scene, &"SPT,FIFO".parse().unwrap()).unwrap();
     let steady = steady_state(&scene, &outcome).unwrap();

@@ -1,10 +1,21 @@
 //! Turns the access arguments into the checks on whoever connects.
 
-use super::args::{AccessArgs, TransportArgs};
+use super::args::AccessArgs;
 use pickline::error::{Error, Result, shown};
 use pickline_live::transport::tls::{Tls, TlsFiles};
 use pickline_live::transport::{Access, Side, Token};
 use std::net::ToSocketAddrs as _;
+
+/// The addresses over which other programs may reach this one.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TcpAddresses<'a> {
+    /// Where it listens.
+    pub listen: Option<&'a str>,
+    /// Where it connects to.
+    pub connect: Option<&'a str>,
+    /// Where its dashboard is.
+    pub dashboard: Option<&'a str>,
+}
 
 /// A flag and its value, if it is given.
 type FlagValue<'a> = (&'static str, Option<&'a str>);
@@ -14,7 +25,7 @@ impl AccessArgs {
     ///
     /// # Errors
     /// Files that cannot be read or have invalid content.
-    pub fn listening(&self) -> Result<Access> {
+    pub(crate) fn listening(&self) -> Result<Access> {
         // Authorities without a certificate are for --connect; see `check`.
         self.resolve(|files| files.certificate.is_some().then(|| Tls::listening(files)))
     }
@@ -23,45 +34,38 @@ impl AccessArgs {
     ///
     /// # Errors
     /// Files that cannot be read or have invalid content.
-    pub fn connecting(&self) -> Result<Access> {
+    pub(crate) fn connecting(&self) -> Result<Access> {
         self.resolve(|files| files.is_any().then(|| Tls::connecting(files)))
     }
 
     fn resolve(&self, tls: impl Fn(&TlsFiles) -> Option<Result<Tls>>) -> Result<Access> {
-        Ok(Access {
-            token: self.token.as_deref().map(Token::read).transpose()?,
-            tls: tls(&self.files()).transpose()?,
-        })
+        Ok(Access::default()
+            .with_token(self.token.as_deref().map(Token::read).transpose()?)
+            .with_tls(tls(&self.files()).transpose()?))
     }
 
     fn files(&self) -> TlsFiles {
         #[cfg(feature = "tls")]
-        let files = TlsFiles {
-            certificate: self.tls_cert.clone(),
-            key: self.tls_key.clone(),
-            authorities: self.tls_ca.clone(),
-        };
+        let files = TlsFiles::default()
+            .with_certificate(self.tls_cert.clone())
+            .with_key(self.tls_key.clone())
+            .with_authorities(self.tls_ca.clone());
         #[cfg(not(feature = "tls"))]
         let files = TlsFiles::default();
         files
     }
 
     /// Checks that the other side must authenticate wherever it can be another machine, and
-    /// that no token or certificate is unused. `dashboard` is the dashboard's address.
+    /// that no token or certificate is unused.
     ///
     /// # Errors
     /// An unprotected address that other machines can reach, unless `--insecure` is given; a
     /// token or a certificate that is never used.
-    pub fn check(
-        &self,
-        side: Side,
-        transport: &TransportArgs,
-        dashboard: Option<&str>,
-    ) -> Result<()> {
+    pub(crate) fn check(&self, side: Side, addresses: TcpAddresses) -> Result<()> {
         let files = self.files();
-        let listen = ("--listen", transport.listen.as_deref());
-        let connect = ("--connect", transport.connect.as_deref());
-        let dashboard = ("--dashboard", dashboard);
+        let listen = ("--listen", addresses.listen);
+        let connect = ("--connect", addresses.connect);
+        let dashboard = ("--dashboard", addresses.dashboard);
         // The side that connects sends the token to the node that listens.
         let by_token = match side {
             Side::Node => vec![listen, dashboard],

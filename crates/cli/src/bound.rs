@@ -1,127 +1,104 @@
 //! `pickline bound`.
 
-use super::args::{BoundArgs, ObjectiveArg};
+use super::args::{BoundArgs, Common, ObjectiveArg, StationChoice};
 use super::flags;
 use super::outputs::{Outputs, WHOLE};
 use super::progress::Bar;
 use super::session::Session;
 use super::settings::load_pattern;
-use pickline::checker;
-use pickline::error::{Error, Result};
-use pickline::optimize::Progress as _;
-use pickline::planning::bound::{Bound, BoundObjective, BoundOptions, upper_bound};
+use pickline::error::Result;
+use pickline::optimize::Environment;
+use pickline::pattern::Pattern;
 use pickline::plausible::SLOT;
-use pickline::sim::{Conditions, Scene};
-use pickline::study::Note;
+use pickline::sim::Conditions;
+use pickline::station::Station;
+use pickline::study::{BoundStudy, BoundStudyOptions};
 use pickline_report::{BoundReport, Provenance};
 use std::path::Path;
 
-/// The highest accepted number of iterations; more are treated as a typing mistake.
-const MOST_ITERATIONS: usize = 1_000_000;
-
-pub fn run(args: &BoundArgs, session: &Session) -> Result<()> {
+pub(crate) fn run(args: BoundArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
-    let common = &args.common;
-    common.check()?;
-    if !(1..=MOST_ITERATIONS).contains(&args.iterations) {
-        return Err(Error::usage(
-            "--iterations",
-            format!("{} iterations", args.iterations),
-            format!("give 1 to {MOST_ITERATIONS}"),
-        ));
-    }
-    let pattern = args.pattern.as_deref().map(Path::new);
-    let read = [args.station.file(), ("--pattern", pattern)];
-    common.check_outputs::<BoundReport>("bound", &read, &[])?;
-    let conditions = args.conditions.resolve(common)?;
-    let station = args.station.load()?;
-    args.conditions
-        .check_on(&args.station, &args.common, &station)?;
-    let (pattern, pattern_name) = load_pattern(args.pattern.as_deref(), station.belt().width)?;
-    let named = args.pattern.as_deref().unwrap_or(&pattern_name);
-    args.station.check_pattern(named, &pattern)?;
-    args.station.check_values(&[("--slot", &SLOT, args.slot)])?;
-    if args.pattern.is_none() {
-        common.remark(&format!(
-            "bounding {pattern_name}, station {}",
-            args.station.station
-        ));
-    }
-    let scene = Scene::under(&station, &pattern, conditions)
-        .map_err(|error| error.inside(args.pattern.as_deref().unwrap_or(&pattern_name)))?;
-    if conditions.disturbances.never_fails(pattern.items()) {
-        common.remark(&flags::in_note(&Note::NothingFails));
-    }
-    let picks = bound(args, session, &scene, BoundObjective::Picks)?;
-    let weight = match args.objective {
-        ObjectiveArg::Picks => None,
-        ObjectiveArg::Weight => Some(bound(args, session, &scene, BoundObjective::Weight)?),
-    };
-    for found in [Some(&picks), weight.as_ref()].into_iter().flatten() {
-        if let Some(schedule) = &found.schedule {
-            checker::check(&station, &pattern, schedule)?;
-        }
-    }
-    let made = Provenance::new(
-        &session.command(),
-        &args.station.station,
-        &station,
-        &pattern_name,
-        common.seed,
-    )
-    .under(&conditions);
-    let mut report = BoundReport::new(&pattern, &picks, weight.as_ref(), made);
-    report.notes = notes(&conditions);
-    if picks.coarse {
-        report.notes.push(
-            "the bound is coarse: the pattern is so long that the slots are long, too; a shorter \
-             --slot gives a tighter bound, but takes more time and memory"
-                .to_owned(),
-        );
-    }
-    common.deliver(session, &report, &WHOLE, Outputs::default())
+    args.resolve()?.run(session)
 }
 
-/// Notes for a bound under `conditions`.
-fn notes(conditions: &Conditions) -> Vec<String> {
-    if !conditions.disturbances.any() {
-        return Vec::new();
-    }
-    let camera = match conditions.camera_x {
-        Some(_) if conditions.disturbances.position_noise > 0.0 => {
-            ", whatever the camera reports and when"
-        }
-        _ => "",
-    };
-    vec![format!(
-        "proven for any luck: failures only cost time, so this is the bound of the line without \
-         failures{camera}; there is no schedule to compare it with"
-    )]
+/// A resolved call.
+struct BoundPlan {
+    common: Common,
+    choice: StationChoice,
+    station: Station,
+    pattern: Pattern,
+    /// What the pattern is called in results.
+    pattern_name: String,
+    /// What the pattern is called in errors.
+    pattern_place: String,
+    conditions: Conditions,
+    options: BoundStudyOptions,
 }
 
-fn bound(
-    args: &BoundArgs,
-    session: &Session,
-    scene: &Scene,
-    objective: BoundObjective,
-) -> Result<Bound> {
-    let options = BoundOptions {
-        slot_s: args.slot,
-        iterations: args.iterations,
-        // A schedule for the undisturbed line may fail on the disturbed one.
-        schedule: !scene.conditions().disturbances.any(),
-        ..BoundOptions::in_full(objective, scene.pattern().len())
-    };
-    let bar = Bar::new(args.common.quiet);
-    let mut begun = false;
-    let found = upper_bound(scene, &options, &mut |_, expected| {
-        if !begun {
-            bar.begin("bounding", expected as u64, "steps");
-            begun = true;
+impl BoundArgs {
+    fn resolve(self) -> Result<BoundPlan> {
+        let common = &self.common;
+        common.check()?;
+        let mut options = BoundStudyOptions::default()
+            .with_seed(common.seed)
+            .with_weight(self.objective == ObjectiveArg::Weight)
+            .with_iterations(self.iterations);
+        options.check()?;
+        let file = self.pattern.as_deref();
+        let read = [self.station.file(), ("--pattern", file.map(Path::new))];
+        common.check_outputs::<BoundReport>("bound", &read, &[])?;
+        let conditions = self.conditions.resolve(common)?;
+        options = options.with_conditions(conditions);
+        let station = self.station.load()?;
+        self.station.check_conditions(&conditions, &station)?;
+        let (pattern, pattern_name) = load_pattern(file, station.belt().width)?;
+        let pattern_place = file.unwrap_or(&pattern_name).to_owned();
+        self.station.check_pattern(&pattern_place, &pattern)?;
+        self.station.check_values(&[("--slot", &SLOT, self.slot)])?;
+        if let Some(slot) = self.slot {
+            options = options.with_slot(slot);
         }
-        bar.advance(1);
-        !session.interrupted()
-    });
-    bar.end();
-    found
+        if file.is_none() {
+            let name = &self.station.station;
+            common.remark(&format!("bounding {pattern_name}, station {name}"));
+        }
+        Ok(BoundPlan {
+            common: self.common,
+            choice: self.station,
+            station,
+            pattern,
+            pattern_name,
+            pattern_place,
+            conditions,
+            options,
+        })
+    }
+}
+
+impl BoundPlan {
+    fn run(&self, session: &Session) -> Result<()> {
+        let study = BoundStudy::new(&self.station, &self.pattern, &self.options);
+        let study = study.map_err(|error| error.inside(&self.pattern_place))?;
+        for note in study.notes() {
+            self.common.remark(&flags::in_note(&note));
+        }
+        let bar = Bar::new(self.common.quiet);
+        let environment = Environment {
+            stop: session.stop(),
+            progress: &bar,
+        };
+        let found = study.run(&environment)?;
+        let made = Provenance::new(
+            &session.command(),
+            &self.choice.station,
+            &self.station,
+            &self.pattern_name,
+            self.common.seed,
+        )
+        .under(&self.conditions);
+        let mut report = BoundReport::new(&self.pattern, &found.picks, found.weight.as_ref(), made);
+        report.notes = flags::in_notes(&found.notes);
+        self.common
+            .deliver(session, &report, &WHOLE, Outputs::default())
+    }
 }

@@ -1,6 +1,6 @@
 //! `pickline compare`.
 
-use super::args::CompareArgs;
+use super::args::{Common, CompareArgs, Pictures, StationChoice};
 use super::flags;
 use super::outputs::WHOLE;
 use super::pictures;
@@ -17,127 +17,172 @@ use pickline::sim::Conditions;
 use pickline::station::Station;
 use pickline::strategies::policy_file;
 use pickline::study::{CompareOptions, CompareStudy};
-use pickline_report::{ComparisonReport, Provenance};
+use pickline_report::{ChartKind, ComparisonReport, Provenance};
 use std::path::Path;
 
-pub fn run(args: &CompareArgs, session: &Session) -> Result<()> {
+pub(crate) fn run(args: CompareArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
-    args.common.check()?;
-    let chart = pictures::checked::<ComparisonReport>(&args.pictures)?;
-    let conditions = args.conditions.resolve(&args.common)?;
-    let remark = |text: &str| args.common.remark(text);
-    let (station, saved) = args.station.load_with_strategy(&remark)?;
-    let cases = load_cases(&args.cases)?;
-    args.conditions
-        .check_on(&args.station, &args.common, &station)?;
-    check_cases(args, &cases, &station)?;
-    check_files(args, &cases)?;
-    let options = options(args, &station, saved, conditions)?;
-    let study = CompareStudy::new(&station, &cases, &options)?;
-    // A single method has nothing to differ from.
-    if chart.name == "difference" && study.methods() < 2 {
-        return Err(pictures::missing(chart));
-    }
-    remark(&format!(
-        "comparing on station {} ({}, belt at {} m/s), cases {}",
-        args.station.station,
-        counted(station.robots().len(), "robot"),
-        station.belt().speed,
-        args.cases
-    ));
-    let bar = Bar::new(args.common.quiet);
-    let environment = Environment {
-        stop: session.stop(),
-        progress: &bar,
-    };
-    let compared = args.common.on_threads(|| study.run(&environment))?;
-    let (done, planned) = (compared.comparison.cases.len(), compared.comparison.planned);
-    let scored = format!(
-        "cases {}, random ones {} patterns each under the seeds {} and up",
-        identified(&args.cases)?,
-        args.replicates,
-        study.first_seed()
-    );
-    let (name, seed) = (&args.station.station, args.common.seed);
-    let made = Provenance::new(&session.command(), name, &station, &scored, seed)
-        .under(&conditions)
-        .of_parts(done, planned, "cases")
-        .of_parts(compared.bounded, planned, "cases' bounds");
-    let paper_cases = matches!(args.cases.as_str(), "paper" | "all");
-    let report = ComparisonReport::new(
-        &compared.comparison,
-        paper_cases,
-        args.paper && paper_cases,
-        flags::in_notes(&compared.notes),
-        made,
-    );
-    let drawn = args.pictures.draw(chart, &report, &WHOLE);
-    args.common.deliver(session, &report, &WHOLE, drawn)
+    args.resolve()?.run(session)
 }
 
-/// The settings of the comparison; `saved` is the strategy of the station file.
-fn options(
-    args: &CompareArgs,
-    station: &Station,
-    saved: Option<String>,
+/// A resolved call.
+struct ComparePlan {
+    common: Common,
+    choice: StationChoice,
+    pictures: Pictures,
+    chart: &'static ChartKind<ComparisonReport>,
+    station: Station,
+    cases: Vec<Case>,
+    /// The name of the cases, or their file.
+    cases_name: String,
+    /// Number of patterns per random case.
+    replicates: usize,
+    /// Whether the paper's results are printed, too.
+    with_paper: bool,
     conditions: Conditions,
-) -> Result<CompareOptions> {
-    let (seed, quiet) = (args.common.seed, args.common.quiet);
-    let saved = saved.filter(|saved| !args.strategy.contains(saved));
-    let saved = saved.map(|saved| parse_strategy(&saved, quiet));
-    let options = CompareOptions::default()
-        .with_seed(seed)
-        .with_replicates(args.replicates)
-        .with_conditions(conditions)
-        .with_station_strategy(saved.transpose()?)
-        .with_training(args.training.resolve(station, seed, args.paper)?)
-        .with_greedy(!args.no_greedy)
-        .with_policy(!args.no_policy)
-        .with_bound(!args.no_bound)
-        .with_reference(&args.reference);
-    args.strategy.iter().try_fold(options, |options, text| {
-        Ok(options.with_strategy(parse_strategy(text, quiet)?))
-    })
+    options: CompareOptions,
 }
 
-/// Warns about implausible values in the cases, and says what their files lack.
-fn check_cases(args: &CompareArgs, cases: &[Case], station: &Station) -> Result<()> {
-    for case in cases {
-        // The patterns of a case are alike, so one is enough.
-        let patterns = case.patterns(station.belt(), 1, args.common.seed)?;
-        for (_, pattern) in &patterns {
-            args.station.check_pattern(&case.name, pattern)?;
-        }
-        match &case.source {
-            CaseSource::File(path) => {
-                let loaded = pattern::load(path)?;
-                if !loaded.ignored.is_empty() {
-                    let (name, file) = (&case.name, path.display());
-                    let about = loaded.describe();
-                    args.common
-                        .remark(&format!("case {name}: {file} ({about})"));
-                }
-            }
-            CaseSource::Feed(_, flow) => {
-                let place = format!("{}: case {}: flow", args.cases, case.name);
-                args.station.check_values(&[(&place, &FLOW, *flow)])?;
-            }
-            _ => {}
-        }
+impl CompareArgs {
+    fn resolve(self) -> Result<ComparePlan> {
+        self.common.check()?;
+        let chart = pictures::checked::<ComparisonReport>(&self.pictures)?;
+        let conditions = self.conditions.resolve(&self.common)?;
+        let remark = |text: &str| self.common.remark(text);
+        let (station, saved) = self.station.load_with_strategy(&remark)?;
+        let cases = load_cases(&self.cases)?;
+        self.station.check_conditions(&conditions, &station)?;
+        self.check_cases(&cases, &station)?;
+        self.check_files(&cases)?;
+        let options = self.options(&station, saved, conditions)?;
+        Ok(ComparePlan {
+            common: self.common,
+            choice: self.station,
+            pictures: self.pictures,
+            chart,
+            station,
+            cases,
+            cases_name: self.cases,
+            replicates: self.replicates,
+            with_paper: self.paper,
+            conditions,
+            options,
+        })
     }
-    Ok(())
+
+    /// The settings of the comparison; `saved` is the strategy of the station file.
+    fn options(
+        &self,
+        station: &Station,
+        saved: Option<String>,
+        conditions: Conditions,
+    ) -> Result<CompareOptions> {
+        let (seed, quiet) = (self.common.seed, self.common.quiet);
+        let saved = saved.filter(|saved| !self.strategy.contains(saved));
+        let saved = saved.map(|saved| parse_strategy(&saved, quiet));
+        let options = CompareOptions::default()
+            .with_seed(seed)
+            .with_replicates(self.replicates)
+            .with_conditions(conditions)
+            .with_station_strategy(saved.transpose()?)
+            .with_training(self.training.resolve(station, seed, self.paper)?)
+            .with_greedy(!self.no_greedy)
+            .with_policy(!self.no_policy)
+            .with_bound(!self.no_bound)
+            .with_reference(&self.reference);
+        self.strategy.iter().try_fold(options, |options, text| {
+            Ok(options.with_strategy(parse_strategy(text, quiet)?))
+        })
+    }
+
+    /// Warns about implausible values in the cases, and says what their files lack.
+    fn check_cases(&self, cases: &[Case], station: &Station) -> Result<()> {
+        for case in cases {
+            // The patterns of a case are alike, so one is enough.
+            let patterns = case.patterns(station.belt(), 1, self.common.seed)?;
+            for (_, pattern) in &patterns {
+                self.station.check_pattern(&case.name, pattern)?;
+            }
+            match &case.source {
+                CaseSource::File(path) => {
+                    let loaded = pattern::load(path)?;
+                    if !loaded.ignored.is_empty() {
+                        let (name, file) = (&case.name, path.display());
+                        let about = loaded.describe();
+                        self.common
+                            .remark(&format!("case {name}: {file} ({about})"));
+                    }
+                }
+                CaseSource::Feed(_, flow) => {
+                    let place = format!("{}: case {}: flow", self.cases, case.name);
+                    self.station.check_values(&[(&place, &FLOW, *flow)])?;
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that what is written is not also read.
+    fn check_files(&self, cases: &[Case]) -> Result<()> {
+        let mut read = vec![
+            self.station.file(),
+            ("--cases", Some(Path::new(&self.cases))),
+        ];
+        read.extend(cases.iter().map(|case| ("--cases", case.file())));
+        read.extend(self.strategy.iter().map(|s| ("--strategy", policy_file(s))));
+        self.common
+            .check_outputs::<ComparisonReport>("compare", &read, &self.pictures.files())
+    }
 }
 
-/// Checks that what is written is not also read.
-fn check_files(args: &CompareArgs, cases: &[Case]) -> Result<()> {
-    let mut read = vec![
-        args.station.file(),
-        ("--cases", Some(Path::new(&args.cases))),
-    ];
-    read.extend(cases.iter().map(|case| ("--cases", case.file())));
-    read.extend(args.strategy.iter().map(|s| ("--strategy", policy_file(s))));
-    args.common
-        .check_outputs::<ComparisonReport>("compare", &read, &args.pictures.files())
+impl ComparePlan {
+    fn run(&self, session: &Session) -> Result<()> {
+        let study = CompareStudy::new(&self.station, &self.cases, &self.options)?;
+        // A single method has nothing to differ from.
+        if self.chart.name == "difference" && study.methods() < 2 {
+            return Err(pictures::missing(self.chart));
+        }
+        self.common.remark(&format!(
+            "comparing on station {} ({}, belt at {} m/s), cases {}",
+            self.choice.station,
+            counted(self.station.robots().len(), "robot"),
+            self.station.belt().speed,
+            self.cases_name
+        ));
+        let report = self.report(&study, session)?;
+        let drawn = self.pictures.draw(self.chart, &report, &WHOLE);
+        self.common.deliver(session, &report, &WHOLE, drawn)
+    }
+
+    fn report(&self, study: &CompareStudy, session: &Session) -> Result<ComparisonReport> {
+        let bar = Bar::new(self.common.quiet);
+        let environment = Environment {
+            stop: session.stop(),
+            progress: &bar,
+        };
+        let compared = self.common.on_threads(|| study.run(&environment))?;
+        let (done, planned) = (compared.comparison.cases.len(), compared.comparison.planned);
+        let scored = format!(
+            "cases {}, random ones {} patterns each under the seeds {} and up",
+            identified(&self.cases_name)?,
+            self.replicates,
+            study.first_seed()
+        );
+        let (command, seed) = (session.command(), self.common.seed);
+        let made = Provenance::new(&command, &self.choice.station, &self.station, &scored, seed)
+            .under(&self.conditions)
+            .of_parts(done, planned, "cases")
+            .of_parts(compared.bounded, planned, "cases' bounds");
+        let paper_cases = matches!(self.cases_name.as_str(), "paper" | "all");
+        Ok(ComparisonReport::new(
+            &compared.comparison,
+            paper_cases,
+            self.with_paper && paper_cases,
+            flags::in_notes(&compared.notes),
+            made,
+        ))
+    }
 }
 
 /// The name of the cases; a user's file is identified by its content, not by its name.

@@ -1,14 +1,13 @@
 //! The dashboard of `pickline run`.
 
-use super::args::AccessArgs;
 use super::remarks::Remarks;
 use pickline::error::Result;
 use pickline::station::Station;
 use pickline_live::Controller;
-use pickline_live::transport::Hub;
+use pickline_live::transport::{Access, Hub};
 
 #[cfg(feature = "dashboard")]
-pub use served::Screen;
+pub(crate) use served::Screen;
 #[cfg(not(feature = "dashboard"))]
 pub use unserved::Screen;
 
@@ -17,13 +16,13 @@ pub use unserved::Screen;
     not(feature = "dashboard"),
     allow(dead_code, reason = "a build without the dashboard refuses it unread")
 )]
-pub struct Served<'a> {
+pub(crate) struct Served {
     /// Its address, HOST:PORT.
-    pub address: &'a str,
+    pub address: String,
     /// The title of the station.
     pub title: String,
     /// Who may watch.
-    pub access: &'a AccessArgs,
+    pub access: Access,
 }
 
 #[cfg(feature = "dashboard")]
@@ -41,7 +40,7 @@ mod served {
     const CLOSE_TIMEOUT: Duration = Duration::from_secs(1);
 
     /// The dashboard, if there is one.
-    pub struct Screen {
+    pub(crate) struct Screen {
         dashboard: Option<Dashboard>,
         next: Instant,
         trend: Trend,
@@ -52,17 +51,20 @@ mod served {
         ///
         /// # Errors
         /// As for [`Dashboard::open`].
-        pub fn open(
+        pub(crate) fn open(
             served: Option<Served>,
             station: &Station,
             strategy: &str,
             remarks: &Remarks,
         ) -> Result<Self> {
             let open = |served: Served| -> Result<Dashboard> {
-                let access = served.access.listening()?;
+                let Served {
+                    address,
+                    title,
+                    access,
+                } = served;
                 let (scheme, is_closed) = (access.scheme(), access.is_closed());
-                let (address, title) = (served.address, &served.title);
-                let dashboard = Dashboard::open(address, station, title, strategy, access)?;
+                let dashboard = Dashboard::open(&address, station, &title, strategy, access)?;
                 let at = dashboard.address();
                 remarks.remark(&format!("dashboard at {scheme}://{at}/"));
                 if !at.ip().is_loopback() && !is_closed {
@@ -78,7 +80,7 @@ mod served {
         }
 
         /// Shows the line's current state, if it is watched and the last view is not too recent.
-        pub fn show(&mut self, controller: &Controller, hub: &Hub) {
+        pub(crate) fn show(&mut self, controller: &Controller, hub: &Hub) {
             let Some(dashboard) = &self.dashboard else {
                 return;
             };
@@ -93,7 +95,7 @@ mod served {
         }
 
         /// Shows the line's final state, and closes.
-        pub fn close(self, controller: &Controller) {
+        pub(crate) fn close(self, controller: &Controller) {
             let Some(dashboard) = self.dashboard else {
                 return;
             };

@@ -9,7 +9,9 @@ use pickline::error::{Error, Result, shown};
 use pickline_live::ClockKind;
 use pickline_live::emulator::{Emulator, InjectedFaults};
 use pickline_live::layout;
-use pickline_live::node::{CLOSE_TIMEOUT, POLL_INTERVAL, ROOM_INTERVAL, unix_now, until};
+use pickline_live::node::{
+    CLOSE_TIMEOUT, Connections, POLL_INTERVAL, ROOM_INTERVAL, unix_now, until,
+};
 use pickline_live::protocol::{
     Incoming, Message, Outgoing, Status, decode_answer, decode_outgoing,
 };
@@ -17,100 +19,89 @@ use pickline_live::transport::{Dialect, Hub, Side, TransportEvent};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-pub fn run(args: &EmulateArgs, session: &Session) -> Result<()> {
-    let remarks = args.transport.remarks();
-    session.log_into(remarks.log());
-    let station = args.station.load()?;
-    let width = station.belt().width;
-    let file = args.pattern.as_ref().map(|file| file.to_string_lossy());
-    if file.as_deref() == Some("-") {
-        let cure = "write the pattern to a file";
-        return Err(Error::usage(
-            "--pattern",
-            "stdin is used for the tasks",
-            cure,
+pub(crate) fn run(args: EmulateArgs, session: &Session) -> Result<()> {
+    args.resolve(session)?.run()
+}
+
+/// A resolved call.
+struct EmulatePlan {
+    emulator: Emulator,
+    /// Number of items in the pattern.
+    items: usize,
+    connections: Connections,
+    clock: ClockKind,
+    remarks: Remarks,
+}
+
+impl EmulateArgs {
+    fn resolve(self, session: &Session) -> Result<EmulatePlan> {
+        let transport = &self.transport;
+        let remarks = transport.remarks();
+        session.log_into(remarks.log());
+        let station = self.station.load()?;
+        let file = self.pattern.as_ref().map(|file| file.to_string_lossy());
+        if file.as_deref() == Some("-") {
+            let problem = "stdin is used for the tasks";
+            return Err(Error::usage(
+                "--pattern",
+                problem,
+                "write the pattern to a file",
+            ));
+        }
+        let (pattern, name) = load_pattern(file.as_deref(), station.belt().width)?;
+        let named = file.as_deref().unwrap_or(&name);
+        self.station.check_pattern(named, &pattern)?;
+        let faults = self.trouble.resolve()?;
+        let items = pattern.len();
+        transport
+            .access
+            .check(Side::Station, transport.addresses())?;
+        let emulator = Emulator::new(station, pattern, faults)?;
+        remarks.remark(&format!(
+            "playing {name} on station {}",
+            self.station.station
         ));
+        let station = emulator.station();
+        let connections = transport.connections(Side::Station, station, Dialect::Json)?;
+        Ok(EmulatePlan {
+            emulator,
+            items,
+            connections,
+            clock: transport.clock(),
+            remarks,
+        })
     }
-    let (pattern, name) = load_pattern(file.as_deref(), width)?;
-    let named = file.as_deref().unwrap_or(&name);
-    args.station.check_pattern(named, &pattern)?;
-    let trouble = args.trouble.resolve()?;
-    let items = pattern.len();
-    let transport = &args.transport;
-    transport.access.check(Side::Station, transport, None)?;
-    let emulator = Emulator::new(station, pattern, trouble)?;
-    remarks.remark(&format!(
-        "playing {name} on station {}",
-        args.station.station
-    ));
-    let station = emulator.station();
-    let connections = transport.connections(Side::Station, station, Dialect::Json)?;
-    let is_closed = connections.terms.access.is_closed();
-    let hub = Hub::open(&connections.place, connections.terms)?;
-    announce(&remarks, &connections.place, &hub, is_closed);
-    let mut play = EmulatorLoop {
-        emulator,
-        hub,
-        remarks: &remarks,
-        clock: transport.clock(),
-        answers: true,
-        deserted: false,
-        status: None,
-        unread: 0,
-    };
-    let stop = stop_flag();
-    play.wait_for_a_peer(&stop)?;
-    match transport.clock() {
-        ClockKind::System => play.go_by_the_clock(&stop)?,
-        ClockKind::Messages => play.go_in_turns(&stop)?,
-    }
-    play.listen_to_the_end(&stop)?;
-    remarks.log().sum_up();
-    remarks.remark(&play.summary(items));
-    let broken = play.emulator.broken_promises().first().cloned();
-    play.hub.close(CLOSE_TIMEOUT)?;
-    if let Some(promise) = broken {
-        return Err(Error::refuted(promise));
-    }
-    match play
-        .status
-        .as_ref()
-        .is_some_and(|status| status.last && status.seen == 0)
-    {
-        true => Err(Error::usage(
-            "--station",
-            format!("the node saw none of the {items} items"),
-            "its stderr says why it refused the detections",
-        )),
-        false => Ok(()),
+}
+
+impl EmulatePlan {
+    fn run(self) -> Result<()> {
+        let Connections { place, terms, .. } = self.connections;
+        let is_closed = terms.access.is_closed();
+        let hub = Hub::open(&place, terms)?;
+        announce(&self.remarks, &place, &hub, is_closed);
+        let mut play = EmulatorLoop {
+            emulator: self.emulator,
+            hub,
+            remarks: &self.remarks,
+            clock: self.clock,
+            answers: true,
+            deserted: false,
+            status: None,
+            unread: 0,
+        };
+        play.run(&stop_flag())?;
+        self.remarks.log().sum_up();
+        self.remarks.remark(&play.summary(self.items));
+        play.close(self.items)
     }
 }
 
 impl TroubleArgs {
     fn resolve(&self) -> Result<InjectedFaults> {
-        let numbers =
-            |flag: &str, text: &Option<String>, count: usize| -> Result<Option<Vec<f64>>> {
-                let Some(text) = text else {
-                    return Ok(None);
-                };
-                let parts: Vec<f64> = text
-                    .split(',')
-                    .filter_map(|part| part.trim().parse().ok())
-                    .collect();
-                if parts.len() == count && text.split(',').count() == count {
-                    return Ok(Some(parts));
-                }
-                let problem = format!("`{}` is not {count} numbers", shown(text));
-                Err(Error::usage(
-                    flag,
-                    problem,
-                    "separate numbers by commas, as in --help",
-                ))
-            };
-        let down = numbers("--robot-down", &self.robot_down, 3)?;
-        let robot_down = match down.as_deref() {
-            Some([robot, from, time]) if *robot >= 1.0 && robot.fract() == 0.0 => {
-                Some((*robot as usize - 1, *from, *time))
+        let down = numbers("--robot-down", self.robot_down.as_deref())?;
+        let robot_down = match down {
+            Some([robot, from, time]) if robot >= 1.0 && robot.fract() == 0.0 => {
+                Some((robot as usize - 1, from, time))
             }
             Some(_) => {
                 let cure = "count robots from 1, upstream first";
@@ -118,18 +109,37 @@ impl TroubleArgs {
             }
             None => None,
         };
-        let stop = numbers("--belt-stop", &self.belt_stop, 2)?;
-        Ok(InjectedFaults {
-            grasp_failures: self.failing_grasps,
-            lost_acks: self.lost_acks,
-            duplicates: self.duplicates,
-            out_of_order: self.out_of_order,
-            jitter: self.jitter_ms / 1e3,
-            robot_down,
-            belt_stop: stop.map(|stop| (stop[0], stop[1])),
-            seed: self.seed,
-        })
+        let stop = numbers("--belt-stop", self.belt_stop.as_deref())?;
+        Ok(InjectedFaults::default()
+            .with_grasp_failures(self.failing_grasps)
+            .with_lost_acks(self.lost_acks)
+            .with_duplicates(self.duplicates)
+            .with_out_of_order(self.out_of_order)
+            .with_jitter(self.jitter_ms / 1e3)
+            .with_robot_down(robot_down)
+            .with_belt_stop(stop.map(|[from, time]| (from, time)))
+            .with_seed(self.seed))
     }
+}
+
+/// The `COUNT` numbers that `text`, the value of `flag`, lists.
+///
+/// # Errors
+/// Another number of numbers, or something else.
+fn numbers<const COUNT: usize>(flag: &str, text: Option<&str>) -> Result<Option<[f64; COUNT]>> {
+    let Some(text) = text else {
+        return Ok(None);
+    };
+    let parts: std::result::Result<Vec<f64>, _> =
+        text.split(',').map(|part| part.trim().parse()).collect();
+    let found = parts.ok().and_then(|parts| parts.try_into().ok());
+    found.map(Some).ok_or_else(|| {
+        Error::usage(
+            flag,
+            format!("`{}` is not {COUNT} numbers", shown(text)),
+            "separate numbers by commas, as in --help",
+        )
+    })
 }
 
 /// The emulated station and its connection to the node.
@@ -148,6 +158,36 @@ struct EmulatorLoop<'a> {
 }
 
 impl EmulatorLoop<'_> {
+    /// Plays the whole pattern.
+    fn run(&mut self, stop: &AtomicBool) -> Result<()> {
+        self.wait_for_a_peer(stop)?;
+        match self.clock {
+            ClockKind::System => self.go_by_the_clock(stop)?,
+            ClockKind::Messages => self.go_in_turns(stop)?,
+        }
+        self.listen_to_the_end(stop)
+    }
+
+    /// Closes the connections, and checks what the node did with the `items` of the pattern.
+    ///
+    /// # Errors
+    /// A promise that the node broke, or no item that it saw.
+    fn close(self, items: usize) -> Result<()> {
+        let broken = self.emulator.broken_promises().first().cloned();
+        self.hub.close(CLOSE_TIMEOUT)?;
+        if let Some(promise) = broken {
+            return Err(Error::refuted(promise));
+        }
+        match self.status {
+            Some(status) if status.last && status.seen == 0 => Err(Error::usage(
+                "--station",
+                format!("the node saw none of the {items} items"),
+                "its stderr says why it refused the detections",
+            )),
+            _ => Ok(()),
+        }
+    }
+
     fn wait_for_a_peer(&mut self, stop: &AtomicBool) -> Result<()> {
         while self.hub.peers() == 0 && !stop.load(Ordering::Relaxed) {
             if let Some(heard) = self.hub.next_event(POLL_INTERVAL) {

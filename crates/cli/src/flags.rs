@@ -4,17 +4,17 @@ use pickline::error::spell_settings;
 use pickline::study::Note;
 
 /// The flag of a setting that a message of the library names: `--update-hz` for `update_hz`.
-pub fn flag(setting: &str) -> String {
+pub(crate) fn flag(setting: &str) -> String {
     format!("--{}", setting.replace('_', "-"))
 }
 
 /// The texts of `notes`, with settings written as flags.
-pub fn in_notes(notes: &[Note]) -> Vec<String> {
+pub(crate) fn in_notes(notes: &[Note]) -> Vec<String> {
     notes.iter().map(in_note).collect()
 }
 
 /// The text of one note.
-pub fn in_note(note: &Note) -> String {
+pub(crate) fn in_note(note: &Note) -> String {
     spell_settings(&note.to_string(), flag)
 }
 

@@ -1,101 +1,149 @@
 //! `pickline game`.
 
-use super::args::{GameArgs, PayoffArg};
+use super::args::{Common, GameArgs, PayoffArg, StationChoice};
 use super::flags;
 use super::outputs::{Outputs, WHOLE};
 use super::progress::Bar;
 use super::session::Session;
 use pickline::error::Result;
 use pickline::optimize::Environment;
-use pickline::optimize::game::{LineGame, PayoffKind, check_size};
+use pickline::optimize::game::{PayoffKind, check_size};
 use pickline::sim::Conditions;
 use pickline::station::Station;
-use pickline::study::{ScoredPatterns, set_notes};
-use pickline_report::{GameReport, Presentation, Provenance};
-use std::path::Path;
+use pickline::study::{GameOptions, GameStudy};
+use pickline_report::{GameReport, Provenance};
+use std::path::{Path, PathBuf};
 
-pub fn run(args: &GameArgs, session: &Session) -> Result<()> {
+pub(crate) fn run(args: GameArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
-    args.common.check()?;
-    let conditions = args.conditions.resolve(&args.common)?;
-    let station = args.station.load()?;
-    args.conditions
-        .check_on(&args.station, &args.common, &station)?;
-    check_size(&station)?;
-    let scored = args.set.resolve(&args.station)?;
-    let source = scored.source();
-    let nfg = [(
-        "--nfg",
-        args.nfg.as_deref().filter(|file| *file != Path::new("-")),
-    )];
-    let patterns = source.files()?;
-    let mut read = vec![args.station.file()];
-    read.extend(patterns.iter().map(|file| ("--patterns", Some(&**file))));
-    read.push(("--patterns", source.folder()));
-    args.common
-        .check_outputs::<GameReport>("game", &read, &nfg)?;
-    let solve = || report(args, session, &station, &scored, &conditions);
-    let report = args.common.on_threads(solve)?;
-    let mut outputs = Outputs::default();
-    outputs.add(nfg[0].1, || report.nfg.clone());
-    let shown = Presentation {
-        top: args.top,
-        ..WHOLE
-    };
-    match nfg[0].1 {
-        // The output piped to Gambit must contain only the game.
-        None if args.nfg.is_some() => {
-            let game = &report.nfg;
-            args.common.deliver_as(session, game, &report, outputs)
+    args.resolve()?.run(session)
+}
+
+/// A resolved call.
+struct GamePlan {
+    common: Common,
+    choice: StationChoice,
+    station: Station,
+    conditions: Conditions,
+    payoff: PayoffKind,
+    options: GameOptions,
+    nfg: NfgTarget,
+    /// Number of equilibria and cycles in the table.
+    top: usize,
+}
+
+/// Where the game for Gambit goes.
+enum NfgTarget {
+    Nowhere,
+    /// Printed instead of the result.
+    Stdout,
+    File(PathBuf),
+}
+
+impl NfgTarget {
+    fn of(file: Option<PathBuf>) -> Self {
+        match file {
+            None => Self::Nowhere,
+            Some(file) if file == Path::new("-") => Self::Stdout,
+            Some(file) => Self::File(file),
         }
-        _ => args.common.deliver(session, &report, &shown, outputs),
+    }
+
+    fn file(&self) -> Option<&Path> {
+        match self {
+            Self::File(file) => Some(file),
+            Self::Nowhere | Self::Stdout => None,
+        }
     }
 }
 
-fn report(
-    args: &GameArgs,
-    session: &Session,
-    station: &Station,
-    patterns: &ScoredPatterns,
-    conditions: &Conditions,
-) -> Result<GameReport> {
-    let payoff = match args.payoff {
-        PayoffArg::Own => PayoffKind::Own,
-        PayoffArg::Total => PayoffKind::Total,
-    };
-    let set = patterns.draw(station, args.common.seed, conditions);
-    let set = set?;
-    args.station.check_set(set.drawn())?;
-    let set = set.scored();
-    args.common.remark(&format!(
-        "solving the game of station {} ({} robots, belt at {} m/s), payoff {}\non {}",
-        args.station.station,
-        station.robots().len(),
-        station.belt().speed,
-        payoff.name(),
-        set.description
-    ));
-    let bar = Bar::new(args.common.quiet);
-    let environment = Environment {
-        stop: session.stop(),
-        progress: &bar,
-    };
-    let line = LineGame::new(station, &set.patterns, payoff, conditions, &environment)?;
-    let notes = set_notes(set, conditions, line.independent, line.patterns);
-    let made = Provenance::new(
-        &session.command(),
-        &args.station.station,
-        station,
-        &set.description,
-        args.common.seed,
-    )
-    .under(conditions)
-    .of_parts(line.patterns, set.patterns.len(), "patterns");
-    Ok(GameReport::new(
-        &line,
-        payoff,
-        set.patterns.len(),
-        flags::in_notes(&notes),
-        made,
-    ))
+impl GameArgs {
+    fn resolve(self) -> Result<GamePlan> {
+        let common = &self.common;
+        common.check()?;
+        let conditions = self.conditions.resolve(common)?;
+        let station = self.station.load()?;
+        self.station.check_conditions(&conditions, &station)?;
+        check_size(&station)?;
+        let patterns = self.set.resolve(&self.station)?;
+        let nfg = NfgTarget::of(self.nfg);
+        let source = patterns.source();
+        let files = source.files()?;
+        let mut read = vec![self.station.file()];
+        read.extend(files.iter().map(|file| ("--patterns", Some(&**file))));
+        read.push(("--patterns", source.folder()));
+        common.check_outputs::<GameReport>("game", &read, &[("--nfg", nfg.file())])?;
+        let payoff = match self.payoff {
+            PayoffArg::Own => PayoffKind::Own,
+            PayoffArg::Total => PayoffKind::Total,
+        };
+        let options = GameOptions::default()
+            .with_seed(common.seed)
+            .with_patterns(patterns)
+            .with_conditions(conditions)
+            .with_payoff(payoff);
+        Ok(GamePlan {
+            common: self.common,
+            choice: self.station,
+            station,
+            conditions,
+            payoff,
+            options,
+            nfg,
+            top: self.top,
+        })
+    }
+}
+
+impl GamePlan {
+    fn run(&self, session: &Session) -> Result<()> {
+        let report = self.common.on_threads(|| self.report(session))?;
+        let mut outputs = Outputs::default();
+        outputs.add(self.nfg.file(), || report.nfg.clone());
+        let shown = WHOLE.with_top(self.top);
+        match self.nfg {
+            // The output piped to Gambit must contain only the game.
+            NfgTarget::Stdout => {
+                let game = &report.nfg;
+                self.common.deliver_as(session, game, &report, outputs)
+            }
+            _ => self.common.deliver(session, &report, &shown, outputs),
+        }
+    }
+
+    fn report(&self, session: &Session) -> Result<GameReport> {
+        let study = GameStudy::new(&self.station, &self.options)?;
+        self.choice.check_set(study.set().drawn())?;
+        let set = study.set().scored();
+        self.common.remark(&format!(
+            "solving the game of station {} ({} robots, belt at {} m/s), payoff {}\non {}",
+            self.choice.station,
+            self.station.robots().len(),
+            self.station.belt().speed,
+            self.payoff.name(),
+            set.description
+        ));
+        let bar = Bar::new(self.common.quiet);
+        let environment = Environment {
+            stop: session.stop(),
+            progress: &bar,
+        };
+        let game = study.run(&environment)?;
+        let made = Provenance::new(
+            &session.command(),
+            &self.choice.station,
+            &self.station,
+            &set.description,
+            self.common.seed,
+        )
+        .under(&self.conditions)
+        .of_parts(game.line.patterns, game.planned, "patterns");
+        Ok(GameReport::new(
+            &game.line,
+            self.payoff,
+            game.planned,
+            flags::in_notes(&game.notes),
+            made,
+        ))
+    }
 }

@@ -2,6 +2,7 @@
 
 // Units are in brackets, [m] or [s], which rustdoc would treat as links.
 #![allow(rustdoc::broken_intra_doc_links)]
+#![warn(unreachable_pub)]
 
 mod access;
 mod args;
@@ -113,16 +114,16 @@ fn not_text(arguments: impl Iterator<Item = std::ffi::OsString>) -> Error {
 
 fn run(command: Command, session: &Session) -> Result<()> {
     match command {
-        Command::Compare(args) => compare::run(&args, session),
-        Command::Sweep(args) => sweep::run(&args, session),
-        Command::Optimize(args) => optimize::run(&args, session),
-        Command::Game(args) => game::run(&args, session),
-        Command::Bound(args) => bound::run(&args, session),
-        Command::Simulate(args) => simulate::run(&args, session),
+        Command::Compare(args) => compare::run(*args, session),
+        Command::Sweep(args) => sweep::run(*args, session),
+        Command::Optimize(args) => optimize::run(*args, session),
+        Command::Game(args) => game::run(*args, session),
+        Command::Bound(args) => bound::run(*args, session),
+        Command::Simulate(args) => simulate::run(*args, session),
         #[cfg(feature = "onnx")]
-        Command::Train(args) => train::run(&args, session),
-        Command::Run(args) => run::run(&args, session),
-        Command::Emulate(args) => emulate::run(&args, session),
+        Command::Train(args) => train::run(*args, session),
+        Command::Run(args) => run::run(*args, session),
+        Command::Emulate(args) => emulate::run(*args, session),
         Command::Pattern(args) => pattern::run(args.command.unwrap_or_default(), session),
         Command::Station(args) => station::run(args.command.unwrap_or_default(), session),
         Command::Service(args) => service::run(args.command.unwrap_or_default(), session),

@@ -1,5 +1,6 @@
 //! Shared by `run` and `emulate`: the transport, the signals, checks of values.
 
+use super::access::TcpAddresses;
 use super::args::{ClockArg, LogFormatArg, TransportArgs};
 use super::log::Style;
 use super::remarks::Remarks;
@@ -17,10 +18,19 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 impl TransportArgs {
     /// The kind of clock.
-    pub fn clock(&self) -> ClockKind {
+    pub(crate) fn clock(&self) -> ClockKind {
         match self.clock {
             ClockArg::System => ClockKind::System,
             ClockArg::Messages => ClockKind::Messages,
+        }
+    }
+
+    /// The addresses for other programs; there is no dashboard.
+    pub(crate) fn addresses(&self) -> TcpAddresses<'_> {
+        TcpAddresses {
+            listen: self.listen.as_deref(),
+            connect: self.connect.as_deref(),
+            dashboard: None,
         }
     }
 
@@ -29,7 +39,7 @@ impl TransportArgs {
     ///
     /// # Errors
     /// Contradictory flags, or files that cannot be read.
-    pub fn connections(
+    pub(crate) fn connections(
         &self,
         side: Side,
         station: &Station,
@@ -41,24 +51,22 @@ impl TransportArgs {
             Endpoint::Connect(_) => self.access.connecting()?,
             _ => Access::default(),
         };
-        let robots: Vec<String> = station.robots().iter().map(|r| r.name.clone()).collect();
-        let hello = (side == Side::Station).then(|| Hello {
-            stamp: None,
-            name: "emulate".into(),
-            role: Role::Robot,
-            robots: robots.clone(),
-            token: access.token.as_ref().map(|token| token.text().to_owned()),
-        });
-        let terms = HubOptions {
-            side,
-            waits: self.clock() == ClockKind::Messages,
-            robots,
-            access,
-            most_peers: self.access.max_peers.into(),
-            hello,
-            dialect,
-        };
-        Ok(Connections { place, terms })
+        let token = access.token.as_ref().map(|token| token.text().to_owned());
+        let mut terms = HubOptions::new(side, station, self.clock())
+            .with_access(access)
+            .with_most_peers(self.access.max_peers.into())
+            .with_dialect(dialect);
+        if side == Side::Station {
+            let robots = terms.robots.clone();
+            terms = terms.with_hello(Hello {
+                stamp: None,
+                name: "emulate".into(),
+                role: Role::Robot,
+                robots,
+                token,
+            });
+        }
+        Ok(Connections::new(place, station, self.clock()).with_terms(terms))
     }
 
     #[cfg_attr(
@@ -82,7 +90,7 @@ impl TransportArgs {
     }
 
     /// Where remarks go.
-    pub fn remarks(&self) -> Remarks {
+    pub(crate) fn remarks(&self) -> Remarks {
         let style = match self.log_format {
             LogFormatArg::Auto => Style::found(),
             LogFormatArg::Text => Style::Text,
@@ -95,7 +103,7 @@ impl TransportArgs {
 
 /// Says where the program can be reached. `is_closed`: only peers that authenticate may
 /// connect.
-pub fn announce(remarks: &Remarks, place: &Endpoint, hub: &Hub, is_closed: bool) {
+pub(crate) fn announce(remarks: &Remarks, place: &Endpoint, hub: &Hub, is_closed: bool) {
     match place {
         #[cfg(feature = "mqtt")]
         Endpoint::Mqtt(settings) => remarks.remark(&format!("using {}", settings.broker)),
@@ -118,7 +126,7 @@ pub fn announce(remarks: &Remarks, place: &Endpoint, hub: &Hub, is_closed: bool)
 }
 
 /// A flag that Ctrl-C and SIGTERM set; a second signal exits the program at once.
-pub fn stop_flag() -> Arc<AtomicBool> {
+pub(crate) fn stop_flag() -> Arc<AtomicBool> {
     let flag = Arc::new(AtomicBool::new(false));
     let raised = Arc::clone(&flag);
     // If no handler can be set, a signal ends the program, as usual.
@@ -131,7 +139,7 @@ pub fn stop_flag() -> Arc<AtomicBool> {
 }
 
 /// Whether two addresses (HOST:PORT) are the same port of the same machine.
-pub fn is_same_place(one: &str, other: &str) -> bool {
+pub(crate) fn is_same_place(one: &str, other: &str) -> bool {
     // An invalid address is reported where it is used.
     let all = |address: &str| -> Vec<SocketAddr> {
         let found = address.to_socket_addrs();
@@ -151,7 +159,7 @@ pub fn is_same_place(one: &str, other: &str) -> bool {
 ///
 /// # Errors
 /// A value outside the range.
-pub fn check_range(flag: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<()> {
+pub(crate) fn check_range(flag: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<()> {
     if (low..=high).contains(&value) {
         return Ok(());
     }

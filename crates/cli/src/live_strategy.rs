@@ -2,12 +2,12 @@
 
 use super::progress::Bar;
 use super::session::Session;
-use super::settings::{budget, on_threads, parse_strategy};
+use super::settings::{budget, on_threads};
 use pickline::error::Result;
 use pickline::optimize::Environment;
 use pickline::planning::{Allowance, Budget};
 use pickline::station::Station;
-use pickline::strategies::Blueprint;
+use pickline::strategies::{Blueprint, Parsed};
 use pickline::study::{self, BlueprintOptions};
 use pickline_live::ClockKind;
 
@@ -15,24 +15,23 @@ use pickline_live::ClockKind;
 ///
 /// # Errors
 /// An invalid time.
-pub fn allowance(ms: Option<f64>, clock: ClockKind) -> Result<Allowance> {
-    Ok(Allowance {
-        asked: budget(ms)?,
-        otherwise: match clock {
-            // The belt does not wait.
-            ClockKind::System => Budget::LIVE,
-            // The same stream gives the same output on every machine.
-            ClockKind::Messages => Budget::EXPERIMENT,
-        },
-    })
+pub(crate) fn allowance(ms: Option<f64>, clock: ClockKind) -> Result<Allowance> {
+    let otherwise = match clock {
+        // The belt does not wait.
+        ClockKind::System => Budget::LIVE,
+        // The same stream gives the same output on every machine.
+        ClockKind::Messages => Budget::EXPERIMENT,
+    };
+    let allowance = Allowance::default().with_asked(budget(ms)?);
+    Ok(allowance.with_otherwise(otherwise))
 }
 
-/// The strategy of a live line, parsed from `text`.
+/// `strategy` on the line of `station`.
 ///
 /// # Errors
-/// A text that is not a valid strategy.
-pub fn live_strategy(
-    text: &str,
+/// As for [`study::blueprint`].
+pub(crate) fn live_strategy(
+    strategy: &Parsed,
     options: &BlueprintOptions,
     quiet: bool,
     station: &Station,
@@ -43,8 +42,7 @@ pub fn live_strategy(
         stop: session.stop(),
         progress: &bar,
     };
-    let strategy = parse_strategy(text, quiet)?;
     on_threads(None, || {
-        study::blueprint(&strategy, station, options, &environment)
+        study::blueprint(strategy, station, options, &environment)
     })
 }

@@ -7,7 +7,7 @@ use clap_mangen::roff::{Roff, roman};
 use pickline::error::{Error, Result, known_names, shown};
 
 /// One manual page.
-pub struct Page {
+pub(crate) struct Page {
     /// Its name, such as `pickline-run`.
     pub name: String,
     /// Its troff source.
@@ -15,7 +15,7 @@ pub struct Page {
 }
 
 /// The pages of all commands, starting with the program's own.
-pub fn pages() -> Vec<Page> {
+pub(crate) fn pages() -> Vec<Page> {
     let mut root = super::command().disable_help_subcommand(true);
     root.build();
     let mut pages = Vec::new();
@@ -74,7 +74,7 @@ fn write(command: &Command, page: &mut Vec<u8>) -> std::io::Result<()> {
 }
 
 /// Prints the page of a command.
-pub fn run(words: &[String], session: &Session) -> Result<()> {
+pub(crate) fn run(words: &[String], session: &Session) -> Result<()> {
     let name = [&["pickline".to_owned()], words].concat().join("-");
     let pages = pages();
     match pages.iter().find(|page| page.name == name) {

@@ -10,8 +10,8 @@ use pickline_live::node::{NodeMonitor, NodeSummary, Severity};
 use pickline_live::protocol::Status;
 use pickline_live::transport::{Endpoint, Hub};
 
-/// Whoever is told what the node does.
-pub struct RunMonitor<'a> {
+/// Receives what the node reports.
+pub(crate) struct RunMonitor<'a> {
     /// Where remarks go.
     pub remarks: &'a Remarks,
     /// Whether only peers that authenticate may connect.

@@ -46,15 +46,11 @@ impl MqttArgs {
         let read = |file: &Option<PathBuf>| -> Result<Option<Vec<u8>>> {
             file.as_ref().map(|file| read_pem(file)).transpose()
         };
-        Ok(Some(MqttSettings {
-            broker,
-            prefix: self.mqtt_prefix.clone(),
-            client_id: self.mqtt_client_id.clone(),
-            authorities: read(&self.mqtt_ca)?,
-            certificate: read(&self.mqtt_cert)?.zip(read(&self.mqtt_key)?),
-            side,
-            clock,
-        }))
+        let settings = MqttSettings::new(broker, &self.mqtt_prefix, side, clock)
+            .with_client_id(self.mqtt_client_id.clone())
+            .with_authorities(read(&self.mqtt_ca)?)
+            .with_certificate(read(&self.mqtt_cert)?.zip(read(&self.mqtt_key)?));
+        Ok(Some(settings))
     }
 
     fn password(&self) -> Result<Option<String>> {

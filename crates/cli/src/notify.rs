@@ -4,7 +4,7 @@
 use std::time::{Duration, Instant};
 
 /// The connection to the service manager; does nothing if there is none.
-pub struct Notify {
+pub(crate) struct Notify {
     #[cfg(unix)]
     socket: Option<Socket>,
     /// Time between two keep-alives; `None` if none are expected.
@@ -17,7 +17,7 @@ type Socket = std::os::unix::net::UnixDatagram;
 
 impl Notify {
     /// Connects to the service manager that started this program, if any.
-    pub fn found() -> Self {
+    pub(crate) fn found() -> Self {
         let variable = |name: &str| std::env::var(name).ok();
         let of_us =
             variable("WATCHDOG_PID").is_none_or(|pid| pid == std::process::id().to_string());
@@ -33,22 +33,22 @@ impl Notify {
     }
 
     /// Reports that the line is running.
-    pub fn ready(&self) {
+    pub(crate) fn ready(&self) {
         self.send("READY=1");
     }
 
     /// Reports the line's status as text.
-    pub fn status(&self, text: &str) {
+    pub(crate) fn status(&self, text: &str) {
         self.send(&format!("STATUS={}", text.replace('\n', " ")));
     }
 
     /// Reports that the line is stopping.
-    pub fn stopping(&self) {
+    pub(crate) fn stopping(&self) {
         self.send("STOPPING=1");
     }
 
     /// Sends a keep-alive, if one is due. Must be called in every iteration of the main loop.
-    pub fn alive(&mut self) {
+    pub(crate) fn alive(&mut self) {
         let now = Instant::now();
         if let Some(every) = self.every.filter(|_| now >= self.next) {
             self.next = now + every;

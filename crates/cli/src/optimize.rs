@@ -1,6 +1,6 @@
 //! `pickline optimize`.
 
-use super::args::{OptimizeArgs, SearchArg};
+use super::args::{Common, OptimizeArgs, Pictures, SearchArg, StationChoice};
 use super::flags;
 use super::outputs::WHOLE;
 use super::pictures;
@@ -13,119 +13,160 @@ use pickline::optimize::{Environment, Grasp, Objective, Risk, SearchKind, SpeedS
 use pickline::pattern::PatternSet;
 use pickline::plausible::SPEED_STEP;
 use pickline::sim::Conditions;
+use pickline::station::Station;
 use pickline::strategies::policy_file;
 use pickline::study::{OptimizeOptions, OptimizeStudy, Optimized, ScoredPatterns};
-use pickline_report::{OptimumReport, Presentation, Provenance, RivalsReport, ValidationReport};
+use pickline_report::{ChartKind, OptimumReport, Provenance, RivalsReport, ValidationReport};
 
-pub fn run(args: &OptimizeArgs, session: &Session) -> Result<()> {
+pub(crate) fn run(args: OptimizeArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
-    args.common.check()?;
-    let chart = pictures::checked::<OptimumReport>(&args.pictures)?;
-    let save = args.save.as_ref();
-    let save = save.map(|file| SaveTarget::new(&args.station, file.as_deref()));
-    let save = save.transpose()?;
-    let conditions = args.conditions.resolve(&args.common)?;
-    let station = args.station.load()?;
-    args.conditions
-        .check_on(&args.station, &args.common, &station)?;
-    let patterns = args.set.resolve(&args.station)?;
-    check_files(args, &patterns)?;
-    let scan = SpeedScan::new(args.speed_step, &station)?;
-    let objective = Objective::named(&args.objective, scan)?;
-    let values = [("--speed-step", &SPEED_STEP, Some(args.speed_step))];
-    args.station.check_values(&values)?;
-    let options = options(args, patterns, conditions, scan, objective)?;
-    let bar = Bar::new(args.common.quiet);
-    let environment = Environment {
-        stop: session.stop(),
-        progress: &bar,
-    };
-    let report = args.common.on_threads(|| {
-        let study = OptimizeStudy::new(&station, &options)?;
-        args.station.check_set(study.set().drawn())?;
+    args.resolve()?.run(session)
+}
+
+/// A resolved call.
+struct OptimizePlan {
+    common: Common,
+    choice: StationChoice,
+    pictures: Pictures,
+    chart: &'static ChartKind<OptimumReport>,
+    station: Station,
+    objective: Objective,
+    conditions: Conditions,
+    options: OptimizeOptions,
+    /// Number of lines of the ranking in the table.
+    top: usize,
+    save: Option<SaveTarget>,
+}
+
+impl OptimizeArgs {
+    fn resolve(self) -> Result<OptimizePlan> {
+        self.common.check()?;
+        let chart = pictures::checked::<OptimumReport>(&self.pictures)?;
+        let save = self.save.as_ref();
+        let save = save.map(|file| SaveTarget::new(&self.station, file.as_deref()));
+        let save = save.transpose()?;
+        let conditions = self.conditions.resolve(&self.common)?;
+        let station = self.station.load()?;
+        self.station.check_conditions(&conditions, &station)?;
+        let patterns = self.set.resolve(&self.station)?;
+        self.check_files(&patterns)?;
+        let scan = SpeedScan::new(self.speed_step, &station)?;
+        let objective = Objective::named(&self.objective, scan)?;
+        let values = [("--speed-step", &SPEED_STEP, Some(self.speed_step))];
+        self.station.check_values(&values)?;
+        let options = self.options(patterns, conditions, scan, objective)?;
+        Ok(OptimizePlan {
+            common: self.common,
+            choice: self.station,
+            pictures: self.pictures,
+            chart,
+            station,
+            objective,
+            conditions,
+            options,
+            top: self.top,
+            save,
+        })
+    }
+
+    /// The settings of the search.
+    fn options(
+        &self,
+        patterns: ScoredPatterns,
+        conditions: Conditions,
+        scan: SpeedScan,
+        objective: Objective,
+    ) -> Result<OptimizeOptions> {
+        let mut options = OptimizeOptions::default()
+            .with_seed(self.common.seed)
+            .with_patterns(patterns)
+            .with_conditions(conditions)
+            .with_objective(objective)
+            .with_scan(scan)
+            .with_kind(match self.search {
+                SearchArg::Auto => SearchKind::Auto,
+                SearchArg::Exhaustive => SearchKind::Exhaustive,
+                SearchArg::Grasp => SearchKind::Grasp,
+                SearchArg::Both => SearchKind::Both,
+            })
+            .with_grasp(
+                Grasp::default()
+                    .with_starts(self.starts)
+                    .with_alpha(self.alpha)
+                    .with_seed(self.common.seed),
+            )
+            .with_risk(self.risk.parse::<Risk>()?)
+            .with_limits(self.limits.resolve()?)
+            .with_bound(!self.no_bound);
+        if let Some(fresh) = self.validate {
+            options = options.with_validation(fresh);
+        }
+        self.strategy.iter().try_fold(options, |options, text| {
+            Ok(options.with_strategy(parse_strategy(text, self.common.quiet)?))
+        })
+    }
+
+    /// Checks that what is written is not also read.
+    fn check_files(&self, patterns: &ScoredPatterns) -> Result<()> {
+        let source = patterns.source();
+        let files = source.files()?;
+        let mut read = vec![self.station.file()];
+        read.extend(files.iter().map(|file| ("--patterns", Some(&**file))));
+        read.push(("--patterns", source.folder()));
+        read.extend(self.strategy.iter().map(|s| ("--strategy", policy_file(s))));
+        let saved = self.save.iter().flatten();
+        let saved = saved.map(|file| ("--save", Some(file.as_path())));
+        let written: Vec<_> = self.pictures.files().into_iter().chain(saved).collect();
+        self.common
+            .check_outputs::<OptimumReport>("optimize", &read, &written)
+    }
+}
+
+impl OptimizePlan {
+    fn run(&self, session: &Session) -> Result<()> {
+        let report = self.common.on_threads(|| self.report(session))?;
+        let shown = WHOLE.with_top(self.top);
+        let drawn = self.pictures.draw(self.chart, &report, &shown);
+        self.common.deliver(session, &report, &shown, drawn)?;
+        match &self.save {
+            Some(_) if session.interrupted() => {
+                let text = "nothing is saved because the search was interrupted";
+                self.common.remark(text);
+            }
+            Some(target) => {
+                let strategy = format!("rules:{}", report.best.join(","));
+                let saved = target.write(&self.station, &strategy)?;
+                self.common.remark(&saved);
+            }
+            None => {}
+        }
+        Ok(())
+    }
+
+    fn report(&self, session: &Session) -> Result<OptimumReport> {
+        let study = OptimizeStudy::new(&self.station, &self.options)?;
+        self.choice.check_set(study.set().drawn())?;
         let set = study.set().scored();
-        args.common.remark(&format!(
+        self.common.remark(&format!(
             "optimizing {} for station {} ({} robots, belt at {} m/s)\non {}",
-            objective.name(),
-            args.station.station,
-            station.robots().len(),
-            station.belt().speed,
+            self.objective.name(),
+            self.choice.station,
+            self.station.robots().len(),
+            self.station.belt().speed,
             set.description
         ));
+        let bar = Bar::new(self.common.quiet);
+        let environment = Environment {
+            stop: session.stop(),
+            progress: &bar,
+        };
         let optimized = study.run(&environment)?;
-        let (name, seed) = (&args.station.station, args.common.seed);
-        let command = session.command();
-        let made = Provenance::new(&command, name, &station, &set.description, seed);
-        Ok(report(&optimized, objective, set, made.under(&conditions)))
-    })?;
-    let shown = Presentation {
-        top: args.top,
-        ..WHOLE
-    };
-    let (common, drawn) = (&args.common, args.pictures.draw(chart, &report, &shown));
-    common.deliver(session, &report, &shown, drawn)?;
-    match save {
-        Some(_) if session.interrupted() => {
-            common.remark("nothing is saved because the search was interrupted");
-        }
-        Some(target) => {
-            let strategy = format!("rules:{}", report.best.join(","));
-            common.remark(&target.write(&station, &strategy)?);
-        }
-        None => {}
+        let (command, seed) = (session.command(), self.common.seed);
+        let (name, station) = (&self.choice.station, &self.station);
+        let made = Provenance::new(&command, name, station, &set.description, seed);
+        let made = made.under(&self.conditions);
+        Ok(report(&optimized, self.objective, set, made))
     }
-    Ok(())
-}
-
-/// The settings of the search.
-fn options(
-    args: &OptimizeArgs,
-    patterns: ScoredPatterns,
-    conditions: Conditions,
-    scan: SpeedScan,
-    objective: Objective,
-) -> Result<OptimizeOptions> {
-    let mut options = OptimizeOptions::default()
-        .with_seed(args.common.seed)
-        .with_patterns(patterns)
-        .with_conditions(conditions)
-        .with_objective(objective)
-        .with_scan(scan)
-        .with_kind(match args.search {
-            SearchArg::Auto => SearchKind::Auto,
-            SearchArg::Exhaustive => SearchKind::Exhaustive,
-            SearchArg::Grasp => SearchKind::Grasp,
-            SearchArg::Both => SearchKind::Both,
-        })
-        .with_grasp(Grasp {
-            starts: args.starts,
-            alpha: args.alpha,
-            seed: args.common.seed,
-        })
-        .with_risk(args.risk.parse::<Risk>()?)
-        .with_limits(args.limits.resolve()?)
-        .with_bound(!args.no_bound);
-    if let Some(fresh) = args.validate {
-        options = options.with_validation(fresh);
-    }
-    args.strategy.iter().try_fold(options, |options, text| {
-        Ok(options.with_strategy(parse_strategy(text, args.common.quiet)?))
-    })
-}
-
-/// Checks that what is written is not also read.
-fn check_files(args: &OptimizeArgs, patterns: &ScoredPatterns) -> Result<()> {
-    let source = patterns.source();
-    let files = source.files()?;
-    let mut read = vec![args.station.file()];
-    read.extend(files.iter().map(|file| ("--patterns", Some(&**file))));
-    read.push(("--patterns", source.folder()));
-    read.extend(args.strategy.iter().map(|s| ("--strategy", policy_file(s))));
-    let saved = args.save.iter().flatten();
-    let saved = saved.map(|file| ("--save", Some(file.as_path())));
-    let written: Vec<_> = args.pictures.files().into_iter().chain(saved).collect();
-    args.common
-        .check_outputs::<OptimumReport>("optimize", &read, &written)
 }
 
 /// The report of a search on `set`.

@@ -15,10 +15,7 @@ use pickline_report::{Presentation, VerbReport, is_result_of, json_text};
 use std::path::{Path, PathBuf};
 
 /// How reports are shown: the whole of them, and settings by their flags.
-pub const WHOLE: Presentation = Presentation {
-    top: usize::MAX,
-    spelling: flag,
-};
+pub(crate) const WHOLE: Presentation = Presentation::whole(flag);
 
 /// Larger files are not results of this program [bytes].
 const LARGEST_RESULT: u64 = 1 << 30;
@@ -28,7 +25,7 @@ const LARGEST_RESULT: u64 = 1 << 30;
 /// # Errors
 /// A file that cannot be written, that is also an input or another output, or that already
 /// exists and is not a result of `verb`, unless `force` is set.
-pub fn check(verb: &str, force: bool, read: &Named, written: &Named) -> Result<()> {
+pub(crate) fn check(verb: &str, force: bool, read: &Named, written: &Named) -> Result<()> {
     for file in written.iter().filter_map(|(_, file)| *file) {
         files::check_target(file)?;
     }
@@ -120,7 +117,7 @@ impl Common {
     ///
     /// # Errors
     /// As for [`check`]; a folder that cannot be created.
-    pub fn check_outputs<R: VerbReport>(
+    pub(crate) fn check_outputs<R: VerbReport>(
         &self,
         verb: &str,
         read: &Named,
@@ -157,7 +154,7 @@ impl Common {
     ///
     /// # Errors
     /// The first output that cannot be written; all others are written.
-    pub fn deliver<R: VerbReport>(
+    pub(crate) fn deliver<R: VerbReport>(
         &self,
         session: &Session,
         report: &R,
@@ -172,7 +169,7 @@ impl Common {
     ///
     /// # Errors
     /// As for [`Common::deliver`].
-    pub fn deliver_as(
+    pub(crate) fn deliver_as(
         &self,
         session: &Session,
         text: &str,
@@ -193,7 +190,7 @@ impl Common {
 ///
 /// # Errors
 /// As for [`pickline_report::json_text`].
-pub fn rendered<R: VerbReport>(
+pub(crate) fn rendered<R: VerbReport>(
     report: &R,
     format: OutputFormat,
     shown: &Presentation,
@@ -207,7 +204,7 @@ pub fn rendered<R: VerbReport>(
 
 /// The files of a call, until they are written.
 #[derive(Default)]
-pub struct Outputs {
+pub(crate) struct Outputs {
     files: Vec<(PathBuf, Vec<u8>)>,
     folder: Option<PathBuf>,
     /// The first content that could not be made.
@@ -216,7 +213,7 @@ pub struct Outputs {
 
 impl Outputs {
     /// Adds `content` for `file`, unless that is `None`.
-    pub fn add(&mut self, file: Option<&Path>, content: impl FnOnce() -> String) {
+    pub(crate) fn add(&mut self, file: Option<&Path>, content: impl FnOnce() -> String) {
         if let Some(file) = file {
             self.files.push((file.to_owned(), content().into_bytes()));
         }
@@ -224,7 +221,11 @@ impl Outputs {
 
     /// Adds `content` for `file`, unless that is `None`. If it cannot be made, the error is
     /// returned after everything else is written.
-    pub fn try_add(&mut self, file: Option<&Path>, content: impl FnOnce() -> Result<String>) {
+    pub(crate) fn try_add(
+        &mut self,
+        file: Option<&Path>,
+        content: impl FnOnce() -> Result<String>,
+    ) {
         if file.is_none() {
             return;
         }
@@ -239,7 +240,7 @@ impl Outputs {
     ///
     /// # Errors
     /// The first output that cannot be written; all others are written.
-    pub fn deliver(self, session: &Session, text: &str) -> Result<()> {
+    pub(crate) fn deliver(self, session: &Session, text: &str) -> Result<()> {
         let printed = session.print(text.as_bytes());
         printed.and(self.write())
     }
@@ -248,7 +249,7 @@ impl Outputs {
     ///
     /// # Errors
     /// The first file that cannot be written, or else made; all others are written.
-    pub fn write(self) -> Result<()> {
+    pub(crate) fn write(self) -> Result<()> {
         // The folder is created only now, so that a failed call leaves nothing behind.
         let made = self.folder.as_deref().map_or(Ok(()), files::make_folder);
         let write = |(file, content): &(PathBuf, Vec<u8>)| files::write_whole(file, content);

@@ -10,12 +10,12 @@ use std::path::Path;
 ///
 /// # Errors
 /// An unknown chart.
-pub fn checked<R: VerbReport>(pictures: &Pictures) -> Result<&'static ChartKind<R>> {
+pub(crate) fn checked<R: VerbReport>(pictures: &Pictures) -> Result<&'static ChartKind<R>> {
     ChartKind::named(R::CHARTS, pictures.chart.as_deref()).map_err(|error| error.at(CHART))
 }
 
 /// The error for a report that lacks the data for `chart`.
-pub fn missing<R>(chart: &ChartKind<R>) -> Error {
+pub(crate) fn missing<R>(chart: &ChartKind<R>) -> Error {
     chart.missing().at(CHART)
 }
 
@@ -23,7 +23,7 @@ const CHART: &str = "--chart";
 
 impl Pictures {
     /// The flags and output files of the pictures.
-    pub fn files(&self) -> [(&'static str, Option<&Path>); 2] {
+    pub(crate) fn files(&self) -> [(&'static str, Option<&Path>); 2] {
         [
             ("--html", self.html.as_deref()),
             ("--svg", self.svg.as_deref()),
@@ -31,7 +31,7 @@ impl Pictures {
     }
 
     /// The requested pictures of `report`.
-    pub fn draw<R: VerbReport>(
+    pub(crate) fn draw<R: VerbReport>(
         &self,
         chart: &ChartKind<R>,
         report: &R,

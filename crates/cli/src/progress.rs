@@ -8,7 +8,7 @@ use std::sync::Mutex;
 use std::time::Duration;
 
 /// One bar per stage; draws nothing if quiet or if stderr is not a terminal.
-pub struct Bar {
+pub(crate) struct Bar {
     shown: Mutex<Shown>,
     quiet: bool,
 }
@@ -21,7 +21,7 @@ struct Shown {
 
 impl Bar {
     /// A bar that shows nothing until a stage begins.
-    pub fn new(quiet: bool) -> Self {
+    pub(crate) fn new(quiet: bool) -> Self {
         Self {
             shown: Mutex::new(Shown::new(ProgressBar::hidden())),
             quiet,

@@ -8,14 +8,14 @@ use std::sync::Arc;
 
 /// Remarks for the operator; a quiet program makes none.
 #[derive(Debug, Clone)]
-pub struct Remarks {
+pub(crate) struct Remarks {
     log: Arc<Log>,
     quiet: bool,
 }
 
 impl Remarks {
     /// Remarks on stderr in this style.
-    pub fn on_stderr(style: Style, quiet: bool) -> Self {
+    pub(crate) fn on_stderr(style: Style, quiet: bool) -> Self {
         Self {
             log: Arc::new(Log::on_stderr(style)),
             quiet,
@@ -23,23 +23,23 @@ impl Remarks {
     }
 
     /// The log, in which errors are written even if quiet.
-    pub fn log(&self) -> &Arc<Log> {
+    pub(crate) fn log(&self) -> &Arc<Log> {
         &self.log
     }
 
     /// A remark, unless quiet.
-    pub fn remark(&self, text: &str) {
+    pub(crate) fn remark(&self, text: &str) {
         self.say(LogLevel::Info, &kind_of(text), text);
     }
 
     /// A warning, unless quiet.
-    pub fn warn(&self, text: &str) {
+    pub(crate) fn warn(&self, text: &str) {
         self.say(LogLevel::Warning, &kind_of(text), text);
     }
 
     /// A remark, unless quiet; repeated remarks of one `kind` are summed up. Settings are named by
     /// their flags.
-    pub fn say(&self, level: LogLevel, kind: &str, text: &str) {
+    pub(crate) fn say(&self, level: LogLevel, kind: &str, text: &str) {
         if !self.quiet {
             self.log.say(level, &with_flags(kind), &with_flags(text));
         }

@@ -1,115 +1,116 @@
 //! `pickline run --replay`: repeats a recorded run.
 
-use super::args::RunArgs;
 use super::live_strategy::{allowance, live_strategy};
 use super::remarks::Remarks;
 use super::session::Session;
+use super::settings::parse_strategy;
 use pickline::error::{Error, Result, shown};
 use pickline::station::{Overrides, parse};
 use pickline::study::BlueprintOptions;
 use pickline_live::protocol::{Rejection, encode};
 use pickline_live::recording::{RecordedEvent, RecordingEnd, RecordingEntry, RecordingReader};
-use pickline_live::{ClockKind, Config, Controller};
+use pickline_live::{ClockKind, Controller};
 use serde_json::Value;
 use std::collections::VecDeque;
-use std::path::Path;
+use std::path::PathBuf;
 
 /// How much output is printed at a time [bytes].
 const BLOCK: usize = 1 << 16;
 
-/// Replays the recording in `file`, with its own settings unless others are given, and
-/// reports how far the output matches the recorded one.
-pub fn replay(args: &RunArgs, file: &Path, session: &Session) -> Result<()> {
-    let mut reader = RecordingReader::open(file)?;
-    let name = file.display().to_string();
-    let remarks = args.transport.remarks();
-    let (controller, clock) = recorded_line(args, &name, &mut reader, &remarks, session)?;
-    let mut replay = Replay {
-        controller,
-        clock,
-        recorded: VecDeque::new(),
-        said: VecDeque::new(),
-        same: 0,
-        difference: None,
-        output: String::new(),
-    };
-    while let Some(entry) = reader.next_entry()? {
-        replay.take(entry);
-        replay.print(session, BLOCK)?;
-    }
-    if clock != reader.heading.config().map_or(clock, |config| config.clock) {
-        replay.controller.finish();
-        replay.collect();
-    }
-    replay.print(session, 0)?;
-    let mut verdict = replay.verdict(reader.ending());
-    for doubt in reader.doubts() {
-        verdict += &format!("\n  {doubt}");
-    }
-    remarks.remark(&verdict);
-    Ok(())
+/// A replay, with the recording's own settings unless others are given.
+pub(crate) struct ReplayPlan {
+    /// The recording.
+    pub file: PathBuf,
+    /// Another strategy.
+    pub strategy: Option<String>,
+    /// Another budget of a decision [ms].
+    pub budget_ms: Option<f64>,
+    /// [`ClockKind::Messages`] to use the recorded timestamps even if the run used the system
+    /// clock.
+    pub clock: ClockKind,
+    pub remarks: Remarks,
+    pub quiet: bool,
 }
 
-/// The line as it was when the recording called `name` began, and its clock.
-fn recorded_line(
-    args: &RunArgs,
-    name: &str,
-    reader: &mut RecordingReader,
-    remarks: &Remarks,
-    session: &Session,
-) -> Result<(Controller, ClockKind)> {
-    let heading = reader.heading.clone();
-    let none = Overrides {
-        robots: None,
-        belt_speed: None,
-    };
-    let station = parse(&heading.station, "its station", none).map_err(|e| e.inside(name))?;
-    let config = heading.config().ok_or_else(|| {
-        let problem = format!("unknown clock `{}`", shown(&heading.clock));
-        Error::input(
-            name,
-            problem,
-            "give a file that `pickline run --record` wrote",
-        )
-    })?;
-    let by_stamps = args.transport.clock() == ClockKind::Messages;
-    let clock = if by_stamps {
-        ClockKind::Messages
-    } else {
-        config.clock
-    };
-    let text = args.strategy.as_ref().unwrap_or(&heading.strategy);
-    let recorded = args.strategy.is_none().then_some(heading.budget_ms);
-    let allowance = allowance(args.budget_ms.or(recorded.flatten()), clock)?;
-    let options = BlueprintOptions::default()
-        .with_seed(heading.seed)
-        .with_allowance(allowance);
-    let quiet = args.transport.quiet;
-    let strategy = live_strategy(text, &options, quiet, &station, session)?.make();
-    remarks.remark(&format!(
-        "replaying {name}, recorded by {}: {}",
-        heading.program, heading.command
-    ));
-    // With the system clock, the recorded requests for a status are repeated.
-    let status_every = if clock == config.clock {
-        config.status_every
-    } else {
-        0.0
-    };
-    let config = Config {
-        clock,
-        status_every,
-        ..config
-    };
-    let controller = match reader.state.take() {
-        None => Controller::new(station, strategy, config),
-        Some(state) => {
-            let stamp = heading.restored_at;
-            let made = Controller::restore(station, strategy, config, state, stamp);
-            made.map_err(|error| error.inside(name))?
+impl ReplayPlan {
+    /// Replays the recording and reports how far the output matches the recorded one.
+    pub(crate) fn run(&self, session: &Session) -> Result<()> {
+        let mut reader = RecordingReader::open(&self.file)?;
+        let (controller, clock) = self.recorded_line(&mut reader, session)?;
+        let mut replay = Replay {
+            controller,
+            clock,
+            recorded: VecDeque::new(),
+            said: VecDeque::new(),
+            same: 0,
+            difference: None,
+            output: String::new(),
+        };
+        while let Some(entry) = reader.next_entry()? {
+            replay.take(entry);
+            replay.print(session, BLOCK)?;
         }
-    };
-    Ok((controller, clock))
+        if clock != reader.heading.config().map_or(clock, |config| config.clock) {
+            replay.controller.finish();
+            replay.collect();
+        }
+        replay.print(session, 0)?;
+        let mut verdict = replay.verdict(reader.ending());
+        for doubt in reader.doubts() {
+            verdict += &format!("\n  {doubt}");
+        }
+        self.remarks.remark(&verdict);
+        Ok(())
+    }
+
+    /// The line as it was when the recording began, and its clock.
+    fn recorded_line(
+        &self,
+        reader: &mut RecordingReader,
+        session: &Session,
+    ) -> Result<(Controller, ClockKind)> {
+        let name = &self.file.display().to_string();
+        let heading = reader.heading.clone();
+        let none = Overrides::default();
+        let station = parse(&heading.station, "its station", none).map_err(|e| e.inside(name))?;
+        let config = heading.config().ok_or_else(|| {
+            let problem = format!("unknown clock `{}`", shown(&heading.clock));
+            let cure = "give a file that `pickline run --record` wrote";
+            Error::input(name, problem, cure)
+        })?;
+        let clock = match self.clock {
+            ClockKind::Messages => ClockKind::Messages,
+            ClockKind::System => config.clock,
+        };
+        let text = self.strategy.as_ref().unwrap_or(&heading.strategy);
+        let recorded = self.strategy.is_none().then_some(heading.budget_ms);
+        let allowance = allowance(self.budget_ms.or(recorded.flatten()), clock)?;
+        let options = BlueprintOptions::default()
+            .with_seed(heading.seed)
+            .with_allowance(allowance);
+        let strategy = parse_strategy(text, self.quiet)?;
+        let strategy = live_strategy(&strategy, &options, self.quiet, &station, session)?.make();
+        self.remarks.remark(&format!(
+            "replaying {name}, recorded by {}: {}",
+            heading.program, heading.command
+        ));
+        // With the system clock, the recorded requests for a status are repeated.
+        let status_every = if clock == config.clock {
+            config.status_every
+        } else {
+            0.0
+        };
+        let config = config.with_clock(clock).with_status_every(status_every);
+        let controller = match reader.state.take() {
+            None => Controller::new(station, strategy, config),
+            Some(state) => {
+                let stamp = heading.restored_at;
+                let made = Controller::restore(station, strategy, config, state, stamp);
+                made.map_err(|error| error.inside(name))?
+            }
+        };
+        Ok((controller, clock))
+    }
 }
 
 struct Replay {

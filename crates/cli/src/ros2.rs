@@ -22,20 +22,14 @@ impl Ros2Args {
             return Ok(None);
         }
         let namespace = format!("/{}", self.ros2_namespace.trim_start_matches('/'));
-        let networks = if self.ros2_network.is_empty() {
-            vec![IpAddr::V4(Ipv4Addr::LOCALHOST)]
-        } else {
-            self.ros2_network.clone()
-        };
-        Ok(Some(Ros2Settings {
-            domain: self.domain()?,
-            namespace,
-            frame: self.ros2_frame.clone(),
-            networks,
-            best_effort: self.ros2_best_effort,
-            side,
-            turns: clock == ClockKind::Messages,
-        }))
+        let mut settings = Ros2Settings::new(&namespace, side, clock)
+            .with_domain(self.domain()?)
+            .with_frame(&self.ros2_frame)
+            .with_best_effort(self.ros2_best_effort);
+        if !self.ros2_network.is_empty() {
+            settings = settings.with_networks(self.ros2_network.clone());
+        }
+        Ok(Some(settings))
     }
 
     fn domain(&self) -> Result<u16> {

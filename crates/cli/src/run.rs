@@ -1,20 +1,24 @@
 //! `pickline run`.
 
+use super::access::TcpAddresses;
 use super::args::{DialectArg, RunArgs};
 use super::dashboard::{Screen, Served};
 use super::live::{check_range, is_same_place, stop_flag};
 use super::live_strategy::{allowance, live_strategy};
 use super::monitor::RunMonitor;
 use super::notify::Notify;
+use super::remarks::Remarks;
+#[cfg(feature = "mcap")]
+use super::replay::ReplayPlan;
 use super::session::Session;
-use super::settings::default_strategy;
+use super::settings::{default_strategy, parse_strategy};
 use pickline::error::{Error, Result, shown};
 use pickline::files;
 use pickline::plausible::{DECISION_TIME, TIMEOUT, TOLERANCE};
 use pickline::station::Station;
-use pickline::strategies::policy_file;
+use pickline::strategies::{Parsed, policy_file};
 use pickline::study::{BlueprintOptions, policy_distance};
-use pickline_live::node::{self, NodeOptions, RunOrigin, unix_now};
+use pickline_live::node::{self, Connections, NodeOptions, RunOrigin, unix_now};
 use pickline_live::protocol::{check_station, schema};
 use pickline_live::transport::{Dialect, Side};
 use pickline_live::{ClockKind, Config, Timeouts};
@@ -23,192 +27,266 @@ use pickline_report::json_text;
 /// The program's name and version, as recorded.
 const PROGRAM: &str = concat!("pickline ", env!("CARGO_PKG_VERSION"));
 
-pub fn run(args: &RunArgs, session: &Session) -> Result<()> {
-    if args.schema {
-        return session.print(json_text(&schema())?.as_bytes());
+pub(crate) fn run(args: RunArgs, session: &Session) -> Result<()> {
+    match args.resolve(session)? {
+        RunPlan::Schema => session.print(json_text(&schema())?.as_bytes()),
+        #[cfg(feature = "mcap")]
+        RunPlan::Replay(plan) => plan.run(session),
+        RunPlan::Line(plan) => plan.run(session),
     }
-    #[cfg(feature = "mcap")]
-    if let Some(file) = &args.kept.replay {
-        return super::replay::replay(args, file, session);
-    }
-    let transport = &args.transport;
-    let remarks = transport.remarks();
-    session.log_into(remarks.log());
-    check_values(args)?;
-    check_addresses(args)?;
-    let dashboard = args.dashboard.as_deref();
-    transport.access.check(Side::Node, transport, dashboard)?;
-    #[cfg(feature = "ros2")]
-    if args.may_stop_belt && transport.ros2.ros2 {
-        let cure = "leave it out, or use TCP or MQTT, which support belt_request";
-        return Err(Error::usage(
-            "--may-stop-belt",
-            "there is no ROS 2 topic for it",
-            cure,
-        ));
-    }
-    check_files(args)?;
-    let allowance = allowance(args.budget_ms, transport.clock())?;
-    let remark = |text: &str| remarks.remark(text);
-    let (station, saved) = args.station.load_with_strategy(&remark)?;
-    let (text, from) = match &args.strategy {
-        Some(text) => (text.clone(), ""),
-        None => default_strategy(saved, station.robots().len()),
-    };
-    let options = node_options(args, session, &station, &text)?;
-    let planning = BlueprintOptions::default()
-        .with_seed(args.seed)
-        .with_allowance(allowance);
-    let strategy = live_strategy(&text, &planning, transport.quiet, &station, session)?;
-    if let Some(distance) = policy_distance(&strategy, &station) {
-        remark(&distance.to_string());
-    }
-    let strategy = strategy.make();
-    remark(&format!(
-        "running {}{from}, station {}",
-        strategy.name(),
-        args.station.station
-    ));
-    let connections = transport.connections(Side::Node, &station, dialect(args, &station)?)?;
-    let served = dashboard.map(|address| Served {
-        address,
-        title: args.station.title(),
-        access: &transport.access,
-    });
-    let screen = Screen::open(served, &station, &strategy.name(), &remarks)?;
-    let mut monitor = RunMonitor {
-        remarks: &remarks,
-        is_closed: connections.terms.access.is_closed(),
-        notify: Notify::found(),
-        screen: Some(screen),
-    };
-    let stop = stop_flag();
-    node::run(
-        station,
-        strategy,
-        &options,
-        connections,
-        &mut monitor,
-        &stop,
-    )
-    .map(|_| ())
 }
 
-/// The settings of the node; `strategy` is the text of its strategy.
-fn node_options(
-    args: &RunArgs,
-    session: &Session,
-    station: &Station,
-    strategy: &str,
-) -> Result<NodeOptions> {
-    let config = Config {
-        clock: args.transport.clock(),
-        tolerance: args.tolerance,
-        ack_timeout: args.ack_timeout,
-        result_timeout: args.result_timeout,
-        status_every: args.status_every,
-        timeouts: Timeouts {
-            belt: args.belt_timeout,
-            robot: args.robot_timeout,
-        },
-        camera_delay: 1e-3 * args.camera_delay,
-        lead: lead_times(&args.lead, station)?,
-        may_stop_belt: args.may_stop_belt,
-        stop_margin: args.stop_margin,
-        ..Config::default()
-    };
-    let mut options = NodeOptions::default()
-        .with_config(config)
-        .with_origin(RunOrigin {
-            program: PROGRAM.into(),
-            command: session.command(),
-            strategy: strategy.to_owned(),
-            budget_ms: args.budget_ms,
-            seed: args.seed,
-        });
-    if let Some(journal) = &args.kept.journal {
-        options = options.with_journal(journal.clone(), args.kept.fsync);
-    }
+/// A resolved call.
+enum RunPlan {
+    /// Prints the schema of the protocol.
+    Schema,
+    /// Repeats a recorded run.
     #[cfg(feature = "mcap")]
-    if let Some(record) = &args.kept.record {
-        options = options.with_recording(record.clone());
-    }
-    Ok(options)
+    Replay(Box<ReplayPlan>),
+    /// Runs a line.
+    Line(Box<LinePlan>),
 }
 
-/// Checks the values of flags, and warns about implausible ones.
-///
-/// # Errors
-/// A value out of range.
-fn check_values(args: &RunArgs) -> Result<()> {
-    check_range("--tolerance", args.tolerance, 0.0, 1.0, "m")?;
-    check_range("--ack-timeout", args.ack_timeout, 1e-3, 1e3, "s")?;
-    check_range("--result-timeout", args.result_timeout, 1e-3, 1e4, "s")?;
-    let or_never = "s, or 0 to disable it";
-    for (flag, value) in [
-        ("--belt-timeout", args.belt_timeout),
-        ("--robot-timeout", args.robot_timeout),
-    ] {
-        if let Some(value) = value.filter(|value| *value != 0.0) {
-            check_range(flag, value, 0.01, 1e4, or_never)?;
+/// A line to run.
+struct LinePlan {
+    station: Station,
+    station_name: String,
+    strategy: Parsed,
+    /// Where the strategy comes from, if it is a default.
+    from: &'static str,
+    planning: BlueprintOptions,
+    options: NodeOptions,
+    connections: Connections,
+    dashboard: Option<Served>,
+    remarks: Remarks,
+    quiet: bool,
+}
+
+impl RunArgs {
+    fn resolve(self, session: &Session) -> Result<RunPlan> {
+        if self.schema {
+            return Ok(RunPlan::Schema);
         }
+        #[cfg(feature = "mcap")]
+        if let Some(file) = &self.kept.replay {
+            return Ok(RunPlan::Replay(Box::new(ReplayPlan {
+                file: file.clone(),
+                strategy: self.strategy.clone(),
+                budget_ms: self.budget_ms,
+                clock: self.transport.clock(),
+                remarks: self.transport.remarks(),
+                quiet: self.transport.quiet,
+            })));
+        }
+        let plan = self.resolve_line(session)?;
+        Ok(RunPlan::Line(Box::new(plan)))
     }
-    check_range("--camera-delay", args.camera_delay, -1e4, 1e4, "ms")?;
-    if args.status_every != 0.0 {
-        let least = match args.transport.clock() {
-            ClockKind::System => 0.01,
-            // Time may jump by an hour, which sends all its statuses at once.
-            ClockKind::Messages => 0.1,
+
+    fn resolve_line(self, session: &Session) -> Result<LinePlan> {
+        let transport = &self.transport;
+        let remarks = transport.remarks();
+        session.log_into(remarks.log());
+        self.check_values()?;
+        self.check_addresses()?;
+        self.check_belt_request()?;
+        self.check_files()?;
+        let allowance = allowance(self.budget_ms, transport.clock())?;
+        let remark = |text: &str| remarks.remark(text);
+        let (station, saved) = self.station.load_with_strategy(&remark)?;
+        let (text, from) = match &self.strategy {
+            Some(text) => (text.clone(), ""),
+            None => default_strategy(saved, station.robots().len()),
         };
-        let unit = "s, or 0 for only the last one";
-        check_range("--status-every", args.status_every, least, 1e6, unit)?;
+        let options = self.node_options(session, &station, &text)?;
+        let planning = BlueprintOptions::default()
+            .with_seed(self.seed)
+            .with_allowance(allowance);
+        let dialect = self.dialect.resolve(transport.clock(), &station)?;
+        let connections = transport.connections(Side::Node, &station, dialect)?;
+        let dashboard = self.dashboard.as_ref().map(|address| -> Result<Served> {
+            Ok(Served {
+                address: address.clone(),
+                title: self.station.title(),
+                access: transport.access.listening()?,
+            })
+        });
+        Ok(LinePlan {
+            strategy: parse_strategy(&text, transport.quiet)?,
+            station,
+            from,
+            planning,
+            options,
+            connections,
+            dashboard: dashboard.transpose()?,
+            remarks,
+            quiet: transport.quiet,
+            station_name: self.station.station,
+        })
     }
-    check_range("--stop-margin", args.stop_margin, 0.0, 1e3, "s")?;
-    args.station.check_values(&[
-        ("--tolerance", &TOLERANCE, Some(args.tolerance)),
-        ("--ack-timeout", &TIMEOUT, Some(args.ack_timeout)),
-        ("--result-timeout", &TIMEOUT, Some(args.result_timeout)),
-        ("--budget-ms", &DECISION_TIME, args.budget_ms),
-    ])
+
+    /// The settings of the node; `strategy` is the text of its strategy.
+    fn node_options(
+        &self,
+        session: &Session,
+        station: &Station,
+        strategy: &str,
+    ) -> Result<NodeOptions> {
+        let config = Config::default()
+            .with_clock(self.transport.clock())
+            .with_tolerance(self.tolerance)
+            .with_ack_timeout(self.ack_timeout)
+            .with_result_timeout(self.result_timeout)
+            .with_status_every(self.status_every)
+            .with_timeouts(
+                Timeouts::default()
+                    .with_belt(self.belt_timeout)
+                    .with_robot(self.robot_timeout),
+            )
+            .with_camera_delay(1e-3 * self.camera_delay)
+            .with_lead(lead_times(&self.lead, station)?)
+            .with_may_stop_belt(self.may_stop_belt)
+            .with_stop_margin(self.stop_margin);
+        let mut options = NodeOptions::default().with_config(config).with_origin(
+            RunOrigin::default()
+                .with_program(PROGRAM)
+                .with_command(session.command())
+                .with_strategy(strategy)
+                .with_budget_ms(self.budget_ms)
+                .with_seed(self.seed),
+        );
+        if let Some(journal) = &self.kept.journal {
+            options = options.with_journal(journal.clone(), self.kept.fsync);
+        }
+        #[cfg(feature = "mcap")]
+        if let Some(record) = &self.kept.record {
+            options = options.with_recording(record.clone());
+        }
+        Ok(options)
+    }
+
+    /// Checks the values of flags, and warns about implausible ones.
+    ///
+    /// # Errors
+    /// A value out of range.
+    fn check_values(&self) -> Result<()> {
+        check_range("--tolerance", self.tolerance, 0.0, 1.0, "m")?;
+        check_range("--ack-timeout", self.ack_timeout, 1e-3, 1e3, "s")?;
+        check_range("--result-timeout", self.result_timeout, 1e-3, 1e4, "s")?;
+        let or_never = "s, or 0 to disable it";
+        for (flag, value) in [
+            ("--belt-timeout", self.belt_timeout),
+            ("--robot-timeout", self.robot_timeout),
+        ] {
+            if let Some(value) = value.filter(|value| *value != 0.0) {
+                check_range(flag, value, 0.01, 1e4, or_never)?;
+            }
+        }
+        check_range("--camera-delay", self.camera_delay, -1e4, 1e4, "ms")?;
+        if self.status_every != 0.0 {
+            let least = match self.transport.clock() {
+                ClockKind::System => 0.01,
+                // Time may jump by an hour, which sends all its statuses at once.
+                ClockKind::Messages => 0.1,
+            };
+            let unit = "s, or 0 for only the last one";
+            check_range("--status-every", self.status_every, least, 1e6, unit)?;
+        }
+        check_range("--stop-margin", self.stop_margin, 0.0, 1e3, "s")?;
+        self.station.check_values(&[
+            ("--tolerance", &TOLERANCE, Some(self.tolerance)),
+            ("--ack-timeout", &TIMEOUT, Some(self.ack_timeout)),
+            ("--result-timeout", &TIMEOUT, Some(self.result_timeout)),
+            ("--budget-ms", &DECISION_TIME, self.budget_ms),
+        ])
+    }
+
+    /// Checks that the dashboard has a separate address, and that no address is open to others
+    /// by mistake.
+    ///
+    /// # Errors
+    /// Two flags with the same address; as for
+    /// [`AccessArgs::check`](super::args::AccessArgs::check).
+    fn check_addresses(&self) -> Result<()> {
+        let transport = &self.transport;
+        let places = [
+            ("--listen", &transport.listen),
+            ("--connect", &transport.connect),
+        ];
+        for (flag, place) in places {
+            if let (Some(address), Some(place)) = (&self.dashboard, place)
+                && is_same_place(address, place)
+            {
+                return Err(Error::usage(
+                    "--dashboard",
+                    format!("{} is also the address of {flag}", shown(address)),
+                    "give each a different port, for example --dashboard 127.0.0.1:8090",
+                ));
+            }
+        }
+        let addresses = TcpAddresses {
+            dashboard: self.dashboard.as_deref(),
+            ..transport.addresses()
+        };
+        transport.access.check(Side::Node, addresses)
+    }
+
+    /// Checks that the belt can be asked to stop over the chosen transport.
+    ///
+    /// # Errors
+    /// A transport without a message for it.
+    fn check_belt_request(&self) -> Result<()> {
+        #[cfg(feature = "ros2")]
+        if self.may_stop_belt && self.transport.ros2.ros2 {
+            let cure = "leave it out, or use TCP or MQTT, which support belt_request";
+            return Err(Error::usage(
+                "--may-stop-belt",
+                "there is no ROS 2 topic for it",
+                cure,
+            ));
+        }
+        Ok(())
+    }
+
+    /// Checks, before the work begins, that the journal and the recording can be written and are
+    /// not input files. Existing content is checked when they are opened: a journal must belong
+    /// to this line, and a recording must not replace a file.
+    ///
+    /// # Errors
+    /// A file that cannot be written, or that is used twice.
+    fn check_files(&self) -> Result<()> {
+        let read = [
+            self.station.file(),
+            ("--strategy", self.strategy.as_deref().and_then(policy_file)),
+        ];
+        #[cfg(feature = "mcap")]
+        let record = self.kept.record.as_deref();
+        #[cfg(not(feature = "mcap"))]
+        let record = None;
+        let written = [
+            ("--journal", self.kept.journal.as_deref()),
+            ("--record", record),
+        ];
+        for file in written.iter().filter_map(|(_, file)| *file) {
+            files::check_target(file)?;
+            files::try_target(file)?;
+        }
+        files::check_apart(&read, &written)
+    }
 }
 
-/// Checks, before the work begins, that the journal and the recording can be written and are
-/// not input files. Existing content is checked when they are opened: a journal must belong
-/// to this line, and a recording must not replace a file.
-///
-/// # Errors
-/// A file that cannot be written, or that is used twice.
-fn check_files(args: &RunArgs) -> Result<()> {
-    let read = [
-        args.station.file(),
-        ("--strategy", args.strategy.as_deref().and_then(policy_file)),
-    ];
-    #[cfg(feature = "mcap")]
-    let record = args.kept.record.as_deref();
-    #[cfg(not(feature = "mcap"))]
-    let record = None;
-    let written = [
-        ("--journal", args.kept.journal.as_deref()),
-        ("--record", record),
-    ];
-    for file in written.iter().filter_map(|(_, file)| *file) {
-        files::check_target(file)?;
-        files::try_target(file)?;
-    }
-    files::check_apart(&read, &written)
-}
-
-/// The dialect of protocol lines.
-///
-/// # Errors
-/// A station that the dialect cannot represent.
-fn dialect(args: &RunArgs, station: &Station) -> Result<Dialect> {
-    match args.dialect {
-        DialectArg::Json => Ok(Dialect::Json),
-        DialectArg::Csv => {
-            check_station(station)?;
-            let is_real = args.transport.clock() == ClockKind::System;
-            Ok(Dialect::Csv(is_real.then_some(unix_now)))
+impl DialectArg {
+    /// The dialect of protocol lines.
+    ///
+    /// # Errors
+    /// A station that the dialect cannot represent.
+    fn resolve(self, clock: ClockKind, station: &Station) -> Result<Dialect> {
+        match self {
+            Self::Json => Ok(Dialect::Json),
+            Self::Csv => {
+                check_station(station)?;
+                let is_real = clock == ClockKind::System;
+                Ok(Dialect::Csv(is_real.then_some(unix_now)))
+            }
         }
     }
 }
@@ -248,27 +326,32 @@ fn lead_times(given: &[String], station: &Station) -> Result<Vec<f64>> {
     Ok(lead)
 }
 
-/// Checks that the dashboard has a separate address.
-///
-/// # Errors
-/// Two flags with the same address.
-fn check_addresses(args: &RunArgs) -> Result<()> {
-    let places = [
-        ("--listen", &args.transport.listen),
-        ("--connect", &args.transport.connect),
-    ];
-    for (flag, place) in places {
-        if let (Some(address), Some(place)) = (&args.dashboard, place)
-            && is_same_place(address, place)
-        {
-            return Err(Error::usage(
-                "--dashboard",
-                format!("{} is also the address of {flag}", shown(address)),
-                "give each a different port, for example --dashboard 127.0.0.1:8090",
-            ));
+impl LinePlan {
+    fn run(self, session: &Session) -> Result<()> {
+        let (station, remarks) = (self.station, self.remarks);
+        let put = &self.planning;
+        let strategy = live_strategy(&self.strategy, put, self.quiet, &station, session)?;
+        if let Some(distance) = policy_distance(&strategy, &station) {
+            remarks.remark(&distance.to_string());
         }
+        let strategy = strategy.make();
+        remarks.remark(&format!(
+            "running {}{}, station {}",
+            strategy.name(),
+            self.from,
+            self.station_name
+        ));
+        let screen = Screen::open(self.dashboard, &station, &strategy.name(), &remarks)?;
+        let mut monitor = RunMonitor {
+            remarks: &remarks,
+            is_closed: self.connections.terms.access.is_closed(),
+            notify: Notify::found(),
+            screen: Some(screen),
+        };
+        let (options, stop) = (&self.options, stop_flag());
+        let connections = self.connections;
+        node::run(station, strategy, options, connections, &mut monitor, &stop).map(|_| ())
     }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -293,7 +376,9 @@ mod tests {
             };
             let station = args.station.resolve().unwrap();
             let session = Session::new(Vec::new());
-            let options = node_options(&args, &session, &station, "rules:SPT,FIFO").unwrap();
+            let options = args
+                .node_options(&session, &station, "rules:SPT,FIFO")
+                .unwrap();
             assert_eq!(options.syncs_journal(), expected);
         }
     }

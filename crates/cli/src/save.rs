@@ -7,7 +7,7 @@ use pickline::station::{self, Overrides, Station, edited, parse_with_strategy, t
 use std::path::{Path, PathBuf};
 
 /// The file to save a strategy in, checked before the search.
-pub struct SaveTarget {
+pub(crate) struct SaveTarget {
     path: PathBuf,
     /// The station file that the search is for; `None` for a built-in station.
     source: Option<PathBuf>,
@@ -23,7 +23,7 @@ impl SaveTarget {
     /// # Errors
     /// A built-in station without a file to save to, a station that the flags make differ
     /// from its file, or a file that exists.
-    pub fn new(choice: &StationChoice, file: Option<&Path>) -> Result<Self> {
+    pub(crate) fn new(choice: &StationChoice, file: Option<&Path>) -> Result<Self> {
         let name = &choice.station;
         let source = station::is_file(name).then(|| PathBuf::from(name));
         let Some(path) = file else {
@@ -73,7 +73,7 @@ impl SaveTarget {
     ///
     /// # Errors
     /// A file that has changed since it was read, or that cannot be written.
-    pub fn write(&self, station: &Station, strategy: &str) -> Result<String> {
+    pub(crate) fn write(&self, station: &Station, strategy: &str) -> Result<String> {
         let name = self.path.display().to_string();
         let before = match &self.source {
             Some(source) => files::read_text(source)?,

@@ -18,29 +18,41 @@ const LOGROTATE: &str = include_str!("../../../packaging/logrotate/pickline");
 /// Under the prefix: the list of installed files, each with its fingerprint.
 const LIST: &str = "share/pickline/installed";
 
-pub fn run(command: ServiceCommand, session: &Session) -> Result<()> {
+/// What to do after an installation.
+const NEXT: &str = "next: edit /etc/pickline/line1.toml and line1.conf, then\n  systemctl \
+     daemon-reload\n  systemctl enable --now pickline@line1\n  journalctl -fu pickline@line1\n";
+
+pub(crate) fn run(command: ServiceCommand, session: &Session) -> Result<()> {
     match command {
-        ServiceCommand::Show { place } => session.print(unit(&absolute(&place)?).as_bytes()),
-        ServiceCommand::Install { place, force } => install(&place, force, session),
-        ServiceCommand::Uninstall { place } => uninstall(&place, session),
+        ServiceCommand::Show { place } => session.print(unit(&place.resolve()?.prefix).as_bytes()),
+        ServiceCommand::Install { place, force } => place.resolve()?.install(force, session),
+        ServiceCommand::Uninstall { place } => place.resolve()?.uninstall(session),
     }
 }
 
-/// The prefix as an absolute path, which the unit requires.
-fn absolute(place: &PlaceArgs) -> Result<PathBuf> {
-    let prefix = &place.prefix;
-    let text = prefix
-        .to_str()
-        .filter(|text| !text.contains(char::is_whitespace));
-    if prefix.is_absolute() && text.is_some() {
-        return Ok(prefix.clone());
+/// Where the files of a service are.
+struct Installation {
+    /// The folder with bin, lib and share, an absolute path.
+    prefix: PathBuf,
+    /// The folder that stands for /, if it is another one.
+    root: Option<PathBuf>,
+}
+
+impl PlaceArgs {
+    /// The place, with an absolute prefix, which the unit requires.
+    fn resolve(self) -> Result<Installation> {
+        let text = self.prefix.to_string_lossy();
+        let is_text = self.prefix.to_str().is_some();
+        if self.prefix.is_absolute() && is_text && !text.contains(char::is_whitespace) {
+            return Ok(Installation {
+                prefix: self.prefix,
+                root: self.root,
+            });
+        }
+        let problem = format!("`{}` is not an absolute path without blanks", shown(&text));
+        let cure = "give one such as /usr/local; to install below another folder, use --root";
+        Err(Error::usage("--prefix", problem, cure))
     }
-    let problem = format!(
-        "`{}` is not an absolute path without blanks",
-        shown(&prefix.to_string_lossy())
-    );
-    let cure = "give one such as /usr/local; to install below another folder, use --root";
-    Err(Error::usage("--prefix", problem, cure))
 }
 
 fn unit(prefix: &Path) -> String {
@@ -114,93 +126,109 @@ fn all(prefix: &Path) -> Result<Vec<InstalledFile>> {
     Ok(list)
 }
 
-/// `path`, which is absolute, placed below `root`.
-fn below(root: Option<&Path>, path: &Path) -> PathBuf {
-    match (root, path.strip_prefix("/")) {
-        (Some(root), Ok(rest)) => root.join(rest),
-        _ => path.to_owned(),
+impl Installation {
+    /// `path`, which is absolute, below the root.
+    fn below(&self, path: &Path) -> PathBuf {
+        match (&self.root, path.strip_prefix("/")) {
+            (Some(root), Ok(rest)) => root.join(rest),
+            _ => path.to_owned(),
+        }
     }
-}
 
-fn install(place: &PlaceArgs, force: bool, session: &Session) -> Result<()> {
-    let prefix = absolute(place)?;
-    let root = place.root.as_deref();
-    let list = below(root, &prefix.join(LIST));
-    let before = installed(&list);
-    let files = all(&prefix)?;
-    // Install all or nothing, as far as this can be checked beforehand.
-    for file in files.iter().filter(|file| !file.kept && !force) {
-        let path = below(root, &file.path);
-        let is_ours = match std::fs::read(&path) {
-            Ok(found) => {
-                found == file.content || before.get(&file.path) == Some(&fingerprint(&found))
+    /// The list of the installed files.
+    fn list(&self) -> PathBuf {
+        self.below(&self.prefix.join(LIST))
+    }
+
+    fn install(&self, force: bool, session: &Session) -> Result<()> {
+        let list = self.list();
+        let files = all(&self.prefix)?;
+        if !force {
+            self.check_ours(&files, &installed(&list))?;
+        }
+        let mut text = String::new();
+        let mut now = String::new();
+        for file in &files {
+            let path = self.below(&file.path);
+            if file.kept && path.symlink_metadata().is_ok() {
+                text += &format!("kept      {}\n", path.display());
+                continue;
             }
-            Err(_) => path.symlink_metadata().is_err(),
-        };
-        if !is_ours {
+            files::make_folder(files::folder_of(&path))?;
+            files::write_whole(&path, &file.content)?;
+            allow(&path, file.runs)?;
+            if !file.kept {
+                now += &format!("{} {}\n", fingerprint(&file.content), file.path.display());
+            }
+            text += &format!("installed {}\n", path.display());
+        }
+        files::make_folder(files::folder_of(&list))?;
+        files::write_whole(&list, now.as_bytes())?;
+        text += NEXT;
+        session.print(text.as_bytes())
+    }
+
+    /// Checks that all of `files` can be installed: they do not exist yet, or are as this
+    /// command would write or has written them (`before`).
+    ///
+    /// # Errors
+    /// The first other file.
+    fn check_ours(
+        &self,
+        files: &[InstalledFile],
+        before: &BTreeMap<PathBuf, String>,
+    ) -> Result<()> {
+        for file in files.iter().filter(|file| !file.kept) {
+            let path = self.below(&file.path);
+            let is_ours = match std::fs::read(&path) {
+                Ok(found) => {
+                    found == file.content || before.get(&file.path) == Some(&fingerprint(&found))
+                }
+                Err(_) => path.symlink_metadata().is_err(),
+            };
+            if !is_ours {
+                return Err(Error::path(
+                    path.display().to_string(),
+                    "the file already exists and is not as this command wrote it",
+                    "move it away, or add --force to replace it",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn uninstall(&self, session: &Session) -> Result<()> {
+        let list = self.list();
+        let before = installed(&list);
+        if before.is_empty() {
             return Err(Error::path(
-                path.display().to_string(),
-                "the file already exists and is not as this command wrote it",
-                "move it away, or add --force to replace it",
+                list.display().to_string(),
+                "nothing is installed here",
+                "give the --prefix and --root used for the installation",
             ));
         }
-    }
-    let mut text = String::new();
-    let mut now = String::new();
-    for file in &files {
-        let path = below(root, &file.path);
-        if file.kept && path.symlink_metadata().is_ok() {
-            text += &format!("kept      {}\n", path.display());
-            continue;
-        }
-        files::make_folder(files::folder_of(&path))?;
-        files::write_whole(&path, &file.content)?;
-        allow(&path, file.runs)?;
-        if !file.kept {
-            now += &format!("{} {}\n", fingerprint(&file.content), file.path.display());
-        }
-        text += &format!("installed {}\n", path.display());
-    }
-    files::make_folder(files::folder_of(&list))?;
-    files::write_whole(&list, now.as_bytes())?;
-    text += "next: edit /etc/pickline/line1.toml and line1.conf, then\n  systemctl daemon-reload\n  \
-             systemctl enable --now pickline@line1\n  journalctl -fu pickline@line1\n";
-    session.print(text.as_bytes())
-}
-
-fn uninstall(place: &PlaceArgs, session: &Session) -> Result<()> {
-    let prefix = absolute(place)?;
-    let root = place.root.as_deref();
-    let list = below(root, &prefix.join(LIST));
-    let before = installed(&list);
-    if before.is_empty() {
-        return Err(Error::path(
-            list.display().to_string(),
-            "nothing is installed here",
-            "give the --prefix and --root used for the installation",
-        ));
-    }
-    let mut text = String::new();
-    let mut kept = 0;
-    for (path, print) in &before {
-        let path = below(root, path);
-        match std::fs::read(&path) {
-            Ok(found) if fingerprint(&found) == *print => {
-                std::fs::remove_file(&path).map_err(|error| Error::write(&path, error))?;
-                text += &format!("removed   {}\n", path.display());
+        let mut text = String::new();
+        let mut kept = 0;
+        for (path, print) in &before {
+            let path = self.below(path);
+            match std::fs::read(&path) {
+                Ok(found) if fingerprint(&found) == *print => {
+                    std::fs::remove_file(&path).map_err(|error| Error::write(&path, error))?;
+                    text += &format!("removed   {}\n", path.display());
+                }
+                Ok(_) => {
+                    kept += 1;
+                    text += &format!("kept      {}: it was changed\n", path.display());
+                }
+                Err(_) => {}
             }
-            Ok(_) => {
-                kept += 1;
-                text += &format!("kept      {}: it was changed\n", path.display());
-            }
-            Err(_) => {}
         }
+        std::fs::remove_file(&list).map_err(|error| Error::write(&list, error))?;
+        if kept > 0 {
+            text += &format!("kept {}\n", counted(kept, "changed file"));
+        }
+        session.print(text.as_bytes())
     }
-    std::fs::remove_file(&list).map_err(|error| Error::write(&list, error))?;
-    if kept > 0 {
-        text += &format!("kept {}\n", counted(kept, "changed file"));
-    }
-    session.print(text.as_bytes())
 }
 
 /// The installed files with their fingerprints.

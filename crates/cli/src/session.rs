@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 
 /// One call of the program.
-pub struct Session {
+pub(crate) struct Session {
     arguments: Vec<String>,
     stop: Arc<AtomicBool>,
     /// Where errors are written while a line runs.
@@ -40,7 +40,7 @@ const WITHOUT_EFFECT: [(&str, bool); 17] = [
 
 impl Session {
     /// The session of a call with these arguments, without the program's name.
-    pub fn new(arguments: Vec<String>) -> Self {
+    pub(crate) fn new(arguments: Vec<String>) -> Self {
         Self {
             arguments,
             stop: Arc::default(),
@@ -50,7 +50,7 @@ impl Session {
 
     /// Makes Ctrl-C ask the work to stop with the best result so far; pressing it again
     /// exits the program.
-    pub fn catch_interrupts(&self) {
+    pub(crate) fn catch_interrupts(&self) {
         let stop = Arc::clone(&self.stop);
         let handler = move || {
             if !stop.swap(true, Ordering::Relaxed) {
@@ -64,22 +64,22 @@ impl Session {
     }
 
     /// The flag that asks the work to stop.
-    pub fn stop(&self) -> &AtomicBool {
+    pub(crate) fn stop(&self) -> &AtomicBool {
         &self.stop
     }
 
     /// Whether Ctrl-C was pressed.
-    pub fn interrupted(&self) -> bool {
+    pub(crate) fn interrupted(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
 
     /// Sends errors to this log, so that they do not block either.
-    pub fn log_into(&self, log: &Arc<Log>) {
+    pub(crate) fn log_into(&self, log: &Arc<Log>) {
         let _ = self.log.set(Arc::clone(log));
     }
 
     /// Reports an error.
-    pub fn complain(&self, text: &str) {
+    pub(crate) fn complain(&self, text: &str) {
         match self.log.get() {
             Some(log) => log.say(LogLevel::Error, text, text),
             None => tell(text),
@@ -87,7 +87,7 @@ impl Session {
     }
 
     /// The command line, as recorded in results.
-    pub fn command(&self) -> String {
+    pub(crate) fn command(&self) -> String {
         let mut words = vec!["pickline".to_owned()];
         let mut arguments = self.arguments.iter();
         while let Some(argument) = arguments.next() {
@@ -111,7 +111,7 @@ impl Session {
     ///
     /// # Errors
     /// Any other failure to write to stdout.
-    pub fn print(&self, content: &[u8]) -> Result<()> {
+    pub(crate) fn print(&self, content: &[u8]) -> Result<()> {
         let mut stdout = std::io::stdout().lock();
         match stdout.write_all(content).and_then(|()| stdout.flush()) {
             Err(error) if error.kind() != ErrorKind::BrokenPipe => {
@@ -125,7 +125,7 @@ impl Session {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn print_or_write(&self, file: Option<&Path>, content: &[u8]) -> Result<()> {
+    pub(crate) fn print_or_write(&self, file: Option<&Path>, content: &[u8]) -> Result<()> {
         match file.filter(|file| *file != Path::new("-")) {
             Some(file) => files::write_whole(file, content),
             None => self.print(content),
@@ -135,7 +135,7 @@ impl Session {
 
 /// Writes a line to stderr. Unlike `eprintln!`, it does not panic if stderr is full or
 /// closed: nothing can be done about that, and the result is still valid.
-pub fn tell(text: &str) {
+pub(crate) fn tell(text: &str) {
     let _ = writeln!(std::io::stderr(), "{text}");
 }
 

@@ -13,7 +13,7 @@ use pickline::pattern::{
     self, Attributes, Distribution, Feed, FeedShape, Pattern, PatternSource, grid,
 };
 use pickline::planning::Budget;
-use pickline::plausible::{CLUSTER_SPREAD, FLOW, GAP_LENGTH, POSITION_NOISE, check_rate};
+use pickline::plausible::{CLUSTER_SPREAD, FLOW, GAP_LENGTH};
 use pickline::sim::{Conditions, Disturbances};
 use pickline::station::{self, Overrides, Station};
 use pickline::strategies::{self, Parsed};
@@ -24,13 +24,13 @@ use std::time::{Duration, Instant};
 
 impl StationChoice {
     /// The flag and file that the station comes from.
-    pub fn file(&self) -> (&str, Option<&Path>) {
+    pub(crate) fn file(&self) -> (&str, Option<&Path>) {
         ("--station", Some(Path::new(&self.station)))
     }
 
     /// The station's name: that of the built-in, or the file name without folder and
     /// extension.
-    pub fn title(&self) -> String {
+    pub(crate) fn title(&self) -> String {
         let stem = Path::new(&self.station).file_stem();
         stem.map_or_else(
             || self.station.clone(),
@@ -39,24 +39,52 @@ impl StationChoice {
     }
 
     /// The same station with another number of robots.
-    pub fn with_robots(mut self, robots: usize) -> Self {
+    pub(crate) fn with_robots(mut self, robots: usize) -> Self {
         self.robots = Some(robots);
         self
     }
 
     /// The station settings that the flags override.
-    pub fn overrides(&self) -> Overrides {
-        Overrides {
-            robots: self.robots,
-            belt_speed: self.belt_speed,
+    pub(crate) fn overrides(&self) -> Overrides {
+        Overrides::default()
+            .with_robots(self.robots)
+            .with_belt_speed(self.belt_speed)
+    }
+
+    /// The station; warns about implausible values.
+    ///
+    /// # Errors
+    /// As for [`StationChoice::resolve`] and [`warn`].
+    pub(crate) fn load(&self) -> Result<Station> {
+        self.load_with_strategy(&|_| ()).map(|(station, _)| station)
+    }
+
+    /// Like [`StationChoice::load`], with the strategy that the file names.
+    ///
+    /// # Errors
+    /// As for [`StationChoice::resolve_with_strategy`] and [`warn`].
+    pub(crate) fn load_with_strategy(
+        &self,
+        remark: &dyn Fn(&str),
+    ) -> Result<(Station, Option<String>)> {
+        let (station, strategy) = self.resolve_with_strategy(remark)?;
+        let mut warnings = station.warnings(&self.station);
+        if self.belt_speed.is_some() {
+            // The speed comes from the flag, not from the file.
+            let speed = format!("{}: belt.speed", self.station);
+            for warning in warnings.iter_mut().filter(|w| w.place == speed) {
+                warning.place = "--belt-speed".into();
+            }
         }
+        warn(self.strict, warnings)?;
+        Ok((station, strategy))
     }
 
     /// The station, without remarks or warnings.
     ///
     /// # Errors
     /// As for [`StationChoice::resolve_with_strategy`].
-    pub fn resolve(&self) -> Result<Station> {
+    pub(crate) fn resolve(&self) -> Result<Station> {
         self.resolve_with_strategy(&|_| ())
             .map(|(station, _)| station)
     }
@@ -67,7 +95,7 @@ impl StationChoice {
     /// # Errors
     /// As for [`station::load`]; a strategy that is invalid or does not fit the robots in the
     /// file.
-    pub fn resolve_with_strategy(
+    pub(crate) fn resolve_with_strategy(
         &self,
         remark: &dyn Fn(&str),
     ) -> Result<(Station, Option<String>)> {
@@ -105,7 +133,7 @@ impl FeedArgs {
     /// # Errors
     /// A value out of range, or a flag that applies to none of `feeds`; with `--strict`, an
     /// implausible value.
-    pub fn shape(&self, feeds: &[&Feed], station: &StationChoice) -> Result<FeedShape> {
+    pub(crate) fn shape(&self, feeds: &[&Feed], station: &StationChoice) -> Result<FeedShape> {
         for (flag, given, own) in [
             ("--cluster-size", self.cluster_size, Feed::Clustered),
             ("--cluster-spread", self.cluster_spread, Feed::Clustered),
@@ -121,12 +149,11 @@ impl FeedArgs {
             }
         }
         let usual = FeedShape::default();
-        let shape = FeedShape {
-            cluster_size: self.cluster_size.unwrap_or(usual.cluster_size),
-            cluster_spread: self.cluster_spread.unwrap_or(usual.cluster_spread),
-            gap_length: self.gap_length.unwrap_or(usual.gap_length),
-            gap_share: self.gap_share.unwrap_or(usual.gap_share),
-        };
+        let shape = usual
+            .with_cluster_size(self.cluster_size.unwrap_or(usual.cluster_size))
+            .with_cluster_spread(self.cluster_spread.unwrap_or(usual.cluster_spread))
+            .with_gap_length(self.gap_length.unwrap_or(usual.gap_length))
+            .with_gap_share(self.gap_share.unwrap_or(usual.gap_share));
         shape.check()?;
         station.check_values(&[
             ("--flow", &FLOW, self.flow),
@@ -140,7 +167,7 @@ impl FeedArgs {
     ///
     /// # Errors
     /// A text that is not a pattern source, or flags that do not apply to it.
-    pub fn patterns(
+    pub(crate) fn patterns(
         &self,
         text: &str,
         items: Option<usize>,
@@ -164,7 +191,7 @@ impl PatternSetArgs {
     ///
     /// # Errors
     /// As for [`FeedArgs::patterns`]; an invalid distribution.
-    pub fn resolve(&self, station: &StationChoice) -> Result<ScoredPatterns> {
+    pub(crate) fn resolve(&self, station: &StationChoice) -> Result<ScoredPatterns> {
         let patterns = self.feed.patterns(&self.patterns, self.items, station)?;
         Ok(patterns.with_attributes(self.attributes.resolve()?))
     }
@@ -179,7 +206,12 @@ impl TrainingArgs {
     ///
     /// # Errors
     /// Rules or a set that cannot be read, or that do not fit the station.
-    pub fn resolve(&self, station: &Station, seed: u64, paper: bool) -> Result<RobustTraining> {
+    pub(crate) fn resolve(
+        &self,
+        station: &Station,
+        seed: u64,
+        paper: bool,
+    ) -> Result<RobustTraining> {
         let items = self.train_items;
         if let Some(text) = &self.robust {
             let rules = text.parse().map_err(|e: Error| e.at("--robust"))?;
@@ -213,7 +245,7 @@ impl AttributeArgs {
     ///
     /// # Errors
     /// A text that is not a distribution.
-    pub fn resolve(&self) -> Result<Attributes> {
+    pub(crate) fn resolve(&self) -> Result<Attributes> {
         let read = |text: &Option<String>, flag: &str| -> Result<Option<Distribution>> {
             let read = |text: &String| {
                 text.parse()
@@ -221,37 +253,19 @@ impl AttributeArgs {
             };
             text.as_ref().map(read).transpose()
         };
-        Ok(Attributes {
-            area_cm2: read(&self.area, "--area")?,
-            p_detection: read(&self.p_detection, "--p-detection")?,
-            p_grasp: read(&self.p_grasp, "--p-grasp")?,
-        })
+        Ok(Attributes::default()
+            .with_area_cm2(read(&self.area, "--area")?)
+            .with_p_detection(read(&self.p_detection, "--p-detection")?)
+            .with_p_grasp(read(&self.p_grasp, "--p-grasp")?))
     }
 }
 
 impl ConditionArgs {
-    /// Warns about conditions that are implausible on `station`.
-    ///
-    /// # Errors
-    /// As for [`warn`].
-    pub fn check_on(
-        &self,
-        choice: &StationChoice,
-        common: &Common,
-        station: &Station,
-    ) -> Result<()> {
-        let camera = self.camera_x;
-        let camera = camera.and_then(|x| station.check_camera("--camera-x", x));
-        let noise = POSITION_NOISE.check("--position-noise", self.position_noise);
-        let rate = check_rate("--update-hz", common.update_hz);
-        warn(choice.strict, camera.into_iter().chain(noise).chain(rate))
-    }
-
     /// The conditions, with the master seed for their random events.
     ///
     /// # Errors
     /// Invalid values.
-    pub fn resolve(&self, common: &Common) -> Result<Conditions> {
+    pub(crate) fn resolve(&self, common: &Common) -> Result<Conditions> {
         if let Some(given) = &self.grasp_failures {
             let number = if given.is_empty() { "" } else { " " };
             return Err(Error::usage(
@@ -264,16 +278,16 @@ impl ConditionArgs {
                 ),
             ));
         }
-        let conditions = Conditions {
-            update_hz: common.update_hz,
-            camera_x: self.camera_x,
-            disturbances: Disturbances {
-                grasp_failures: self.grasp_success.is_some(),
-                default_p_grasp: self.grasp_success.unwrap_or(1.0),
-                position_noise: self.position_noise,
-                seed: common.seed,
-            },
-        };
+        let conditions = Conditions::default()
+            .with_update_hz(common.update_hz)
+            .with_camera_x(self.camera_x)
+            .with_disturbances(
+                Disturbances::default()
+                    .with_grasp_failures(self.grasp_success.is_some())
+                    .with_default_p_grasp(self.grasp_success.unwrap_or(1.0))
+                    .with_position_noise(self.position_noise)
+                    .with_seed(common.seed),
+            );
         conditions.check()?;
         Ok(conditions)
     }
@@ -285,7 +299,7 @@ impl Common {
     ///
     /// # Errors
     /// An invalid number of threads, or a folder that cannot be created.
-    pub fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         check_threads(self.threads)?;
         self.out.as_deref().map_or(Ok(()), files::check_folder)
     }
@@ -294,12 +308,12 @@ impl Common {
     ///
     /// # Errors
     /// As for [`on_threads`].
-    pub fn on_threads<T: Send>(&self, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
+    pub(crate) fn on_threads<T: Send>(&self, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
         on_threads(self.threads, work)
     }
 
     /// A remark for the user, unless quiet.
-    pub fn remark(&self, text: &str) {
+    pub(crate) fn remark(&self, text: &str) {
         if !self.quiet {
             tell(text);
         }
@@ -310,7 +324,7 @@ impl Common {
 ///
 /// # Errors
 /// An invalid number of threads.
-pub fn check_threads(threads: Option<usize>) -> Result<()> {
+pub(crate) fn check_threads(threads: Option<usize>) -> Result<()> {
     match threads {
         Some(threads) if !(1..=1024).contains(&threads) => Err(Error::usage(
             "--threads",
@@ -325,7 +339,7 @@ pub fn check_threads(threads: Option<usize>) -> Result<()> {
 ///
 /// # Errors
 /// Threads that cannot be started, or what `work` returns.
-pub fn on_threads<T: Send>(
+pub(crate) fn on_threads<T: Send>(
     threads: Option<usize>,
     work: impl FnOnce() -> Result<T> + Send,
 ) -> Result<T> {
@@ -343,7 +357,7 @@ pub fn on_threads<T: Send>(
 ///
 /// # Errors
 /// An invalid time.
-pub fn budget(ms: Option<f64>) -> Result<Option<Budget>> {
+pub(crate) fn budget(ms: Option<f64>) -> Result<Option<Budget>> {
     let read = |ms: f64| {
         Budget::milliseconds(ms).ok_or_else(|| {
             let (least, most) = Budget::MILLISECONDS.into_inner();
@@ -361,7 +375,7 @@ pub fn budget(ms: Option<f64>) -> Result<Option<Budget>> {
 ///
 /// # Errors
 /// As for [`strategies::parse`].
-pub fn parse_strategy(text: &str, quiet: bool) -> Result<Parsed> {
+pub(crate) fn parse_strategy(text: &str, quiet: bool) -> Result<Parsed> {
     let strategy = strategies::parse(text)?;
     if let Some(remark) = strategy.remark().filter(|_| !quiet) {
         tell(remark);
@@ -373,7 +387,7 @@ pub fn parse_strategy(text: &str, quiet: bool) -> Result<Parsed> {
 ///
 /// # Errors
 /// A file that cannot be read or is not a pattern.
-pub fn load_pattern(file: Option<&str>, width: f64) -> Result<(Pattern, String)> {
+pub(crate) fn load_pattern(file: Option<&str>, width: f64) -> Result<(Pattern, String)> {
     match file {
         None => {
             let (spacing, count) = DEFAULT_GRID;
@@ -403,7 +417,7 @@ pub fn load_pattern(file: Option<&str>, width: f64) -> Result<(Pattern, String)>
 
 /// The strategy to run without `--strategy`, and a text saying where it comes from: the
 /// station file if it names one, otherwise the paper.
-pub fn default_strategy(saved: Option<String>, robots: usize) -> (String, &'static str) {
+pub(crate) fn default_strategy(saved: Option<String>, robots: usize) -> (String, &'static str) {
     match saved {
         Some(text) => (text, ", the strategy of the station file"),
         None => (strategies::default_strategy(robots), ""),
@@ -415,7 +429,7 @@ impl LimitArgs {
     ///
     /// # Errors
     /// An invalid time.
-    pub fn resolve(&self) -> Result<Limits> {
+    pub(crate) fn resolve(&self) -> Result<Limits> {
         let seconds = |limit: f64| {
             let time = Duration::try_from_secs_f64(limit).ok();
             let time = time.filter(|time| !time.is_zero() && limit <= LONGEST);
@@ -428,14 +442,13 @@ impl LimitArgs {
             })
         };
         let time = self.time_limit.map(seconds).transpose()?;
-        Ok(Limits {
-            runs: match self.max_runs {
+        Ok(Limits::default()
+            .with_runs(match self.max_runs {
                 None => MostRuns::Usual,
                 Some(0) => MostRuns::Any,
                 Some(runs) => MostRuns::Of(runs),
-            },
-            until: time.map(|time| Instant::now() + time),
-        })
+            })
+            .with_until(time.map(|time| Instant::now() + time)))
     }
 }
 

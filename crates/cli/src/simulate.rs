@@ -1,168 +1,185 @@
 //! `pickline simulate`.
 
-use super::args::SimulateArgs;
+use super::args::{Common, SimulateArgs, StationChoice};
 use super::flags;
 use super::outputs::{Outputs, WHOLE};
 use super::progress::Bar;
 use super::session::Session;
 use super::settings::{budget, default_strategy, load_pattern, parse_strategy};
-use pickline::decision::{Observer, Outcome, Strategy};
 use pickline::error::Result;
-use pickline::optimize::{Environment, bound_beside};
+use pickline::optimize::Environment;
 use pickline::pattern::Pattern;
 use pickline::planning::Allowance;
 use pickline::plausible::DECISION_TIME;
-use pickline::sim::{Scene, Trace, simulate_observed};
+use pickline::sim::Conditions;
 use pickline::station::Station;
-use pickline::strategies::policy_file;
-use pickline::study::{BlueprintOptions, Note, blueprint, policy_distance};
-use pickline::{checker, clearance};
+use pickline::strategies::{Blueprint, Parsed, policy_file};
+use pickline::study::{SimulateOptions, SimulateStudy, SimulatedRun, blueprint, policy_distance};
 use pickline_report::{
     CertifiedReport, ClearanceReport, Provenance, RunReport, check_replay, replay_page,
 };
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-pub fn run(args: &SimulateArgs, session: &Session) -> Result<()> {
-    let common = &args.common;
-    common.check()?;
-    let conditions = args.conditions.resolve(common)?;
-    check_files(args)?;
-    let allowance = Allowance {
-        asked: budget(args.budget_ms)?,
-        ..Allowance::default()
-    };
-    let (station, saved) = args
-        .station
-        .load_with_strategy(&|text| common.remark(text))?;
-    let (pattern, pattern_name) = load_pattern(args.pattern.as_deref(), station.belt().width)?;
-    let pattern_place = args.pattern.as_deref().unwrap_or(&pattern_name);
-    check_values(args, &station, &pattern, pattern_place)?;
-    let (text, from) = match &args.strategy {
-        Some(text) => (text.clone(), ""),
-        None => default_strategy(saved, station.robots().len()),
-    };
-    let bar = Bar::new(common.quiet);
-    let environment = Environment {
-        stop: session.stop(),
-        progress: &bar,
-    };
-    let mut strategy = make_strategy(args, &text, allowance, &station, &environment)?;
-    if args.pattern.is_none() || args.strategy.is_none() {
-        common.remark(&format!(
-            "simulating {}{from} on {pattern_name}, station {}",
-            strategy.name(),
-            args.station.station
-        ));
-    }
-    let scene = Scene::under(&station, &pattern, conditions)
-        .map_err(|error| error.inside(pattern_place))?;
-    if conditions.disturbances.never_fails(pattern.items()) {
-        common.remark(&flags::in_note(&Note::NothingFails));
-    }
-    let mut trace = args.trace.as_ref().map(|_| Trace::new(&station, &pattern));
-    let observer = trace.as_mut().map(|trace| trace as &mut dyn Observer);
-    let outcome = simulate_observed(&scene, strategy.as_mut(), observer)?;
-    let name = &args.station.station;
-    let made = Provenance::new(
-        &session.command(),
-        name,
-        &station,
-        &pattern_name,
-        common.seed,
-    )
-    .under(&conditions);
-    let mut report = RunReport::new(strategy.name(), &scene, &outcome, made);
-    let clearance = add_checks(&mut report, args, &scene, &outcome, &environment)?;
-    let mut outputs = Outputs::default();
-    if let Some(trace) = &trace {
-        let origin = report.made.csv_comment();
-        outputs.add(args.trace.as_deref(), || origin + &trace.to_csv());
-    }
-    outputs.add(args.html.as_deref(), || {
-        replay_page(&scene, &args.station.title(), &report, clearance.as_ref())
-    });
-    common.deliver(session, &report, &WHOLE, outputs)
+pub(crate) fn run(args: SimulateArgs, session: &Session) -> Result<()> {
+    args.resolve()?.run(session)
 }
 
-/// Checks that what is written is not also read.
-fn check_files(args: &SimulateArgs) -> Result<()> {
-    let read = [
-        args.station.file(),
-        ("--pattern", args.pattern.as_deref().map(Path::new)),
-        ("--strategy", args.strategy.as_deref().and_then(policy_file)),
-    ];
-    let written = [
-        ("--trace", args.trace.as_deref()),
-        ("--html", args.html.as_deref()),
-    ];
-    args.common
-        .check_outputs::<RunReport>("simulate", &read, &written)
+/// A resolved call.
+struct SimulatePlan {
+    common: Common,
+    choice: StationChoice,
+    station: Station,
+    pattern: Pattern,
+    /// What the pattern is called in remarks.
+    pattern_name: String,
+    /// What the pattern is called in errors.
+    pattern_place: String,
+    strategy: Parsed,
+    /// Where the strategy comes from, if it is a default.
+    from: &'static str,
+    /// Whether the line or the strategy is a default, which is remarked.
+    has_defaults: bool,
+    conditions: Conditions,
+    options: SimulateOptions,
+    check: bool,
+    trace: Option<PathBuf>,
+    html: Option<PathBuf>,
 }
 
-/// Warns about implausible values; `place` is where the pattern comes from.
-fn check_values(
-    args: &SimulateArgs,
-    station: &Station,
-    pattern: &Pattern,
-    place: &str,
-) -> Result<()> {
-    args.conditions
-        .check_on(&args.station, &args.common, station)?;
-    let values = [("--budget-ms", &DECISION_TIME, args.budget_ms)];
-    args.station.check_values(&values)?;
-    args.station.check_pattern(place, pattern)?;
-    if args.html.is_some() {
-        check_replay(pattern).map_err(|error| error.at("--html"))?;
+impl SimulateArgs {
+    fn resolve(self) -> Result<SimulatePlan> {
+        let common = &self.common;
+        common.check()?;
+        let conditions = self.conditions.resolve(common)?;
+        self.check_files()?;
+        let allowance = Allowance::default().with_asked(budget(self.budget_ms)?);
+        let (station, saved) = self
+            .station
+            .load_with_strategy(&|text| common.remark(text))?;
+        let (pattern, pattern_name) = load_pattern(self.pattern.as_deref(), station.belt().width)?;
+        let pattern_place = self.pattern.clone().unwrap_or_else(|| pattern_name.clone());
+        self.station.check_conditions(&conditions, &station)?;
+        let values = [("--budget-ms", &DECISION_TIME, self.budget_ms)];
+        self.station.check_values(&values)?;
+        self.station.check_pattern(&pattern_place, &pattern)?;
+        if self.html.is_some() {
+            check_replay(&pattern).map_err(|error| error.at("--html"))?;
+        }
+        let has_defaults = self.pattern.is_none() || self.strategy.is_none();
+        let (text, from) = match self.strategy {
+            Some(text) => (text, ""),
+            None => default_strategy(saved, station.robots().len()),
+        };
+        let options = SimulateOptions::default()
+            .with_seed(common.seed)
+            .with_conditions(conditions)
+            .with_allowance(allowance)
+            .with_trace(self.trace.is_some())
+            .with_check(self.check)
+            .with_clearance(self.check || self.html.is_some())
+            .with_bound(!self.no_bound);
+        Ok(SimulatePlan {
+            strategy: parse_strategy(&text, common.quiet)?,
+            common: self.common,
+            choice: self.station,
+            station,
+            pattern,
+            pattern_name,
+            pattern_place,
+            from,
+            has_defaults,
+            conditions,
+            options,
+            check: self.check,
+            trace: self.trace,
+            html: self.html,
+        })
     }
-    Ok(())
+
+    /// Checks that what is written is not also read.
+    fn check_files(&self) -> Result<()> {
+        let read = [
+            self.station.file(),
+            ("--pattern", self.pattern.as_deref().map(Path::new)),
+            ("--strategy", self.strategy.as_deref().and_then(policy_file)),
+        ];
+        let written = [
+            ("--trace", self.trace.as_deref()),
+            ("--html", self.html.as_deref()),
+        ];
+        self.common
+            .check_outputs::<RunReport>("simulate", &read, &written)
+    }
 }
 
-/// The strategy `text` on `station`, with a remark if the line is far from a policy's training.
-fn make_strategy(
-    args: &SimulateArgs,
-    text: &str,
-    allowance: Allowance,
-    station: &Station,
-    environment: &Environment,
-) -> Result<Box<dyn Strategy>> {
-    let strategy = parse_strategy(text, args.common.quiet)?;
-    let options = BlueprintOptions::default()
-        .with_seed(args.common.seed)
-        .with_update_hz(args.common.update_hz)
-        .with_allowance(allowance);
-    let put = || blueprint(&strategy, station, &options, environment);
-    let blueprint = args.common.on_threads(put)?;
-    if let Some(distance) = policy_distance(&blueprint, station) {
-        args.common.remark(&distance.to_string());
+impl SimulatePlan {
+    fn run(&self, session: &Session) -> Result<()> {
+        let bar = Bar::new(self.common.quiet);
+        let environment = Environment {
+            stop: session.stop(),
+            progress: &bar,
+        };
+        let blueprint = self.put_strategy(&environment)?;
+        let (station, pattern) = (&self.station, &self.pattern);
+        let study = SimulateStudy::new(station, pattern, &self.options);
+        let study = study.map_err(|error| error.inside(&self.pattern_place))?;
+        for note in study.notes() {
+            self.common.remark(&flags::in_note(&note));
+        }
+        let run = study.run(&blueprint, &environment)?;
+        self.deliver(&study, &run, session)
     }
-    Ok(blueprint.make())
-}
 
-/// Adds to `report` what was asked for: the independent checker's verdict, the smallest distance
-/// between arms, the bound. Returns that distance if the report or the replay needs it.
-fn add_checks(
-    report: &mut RunReport,
-    args: &SimulateArgs,
-    scene: &Scene,
-    outcome: &Outcome,
-    environment: &Environment,
-) -> Result<Option<ClearanceReport>> {
-    let station = scene.station();
-    if args.check {
-        checker::check(station, scene.pattern(), outcome)?;
-        report.checked = Some(true);
+    /// The strategy on the line, with a remark if the line is far from a policy's training.
+    fn put_strategy(&self, environment: &Environment) -> Result<Blueprint> {
+        let put = || {
+            let options = self.options.blueprint();
+            blueprint(&self.strategy, &self.station, &options, environment)
+        };
+        let blueprint = self.common.on_threads(put)?;
+        if let Some(distance) = policy_distance(&blueprint, &self.station) {
+            self.common.remark(&distance.to_string());
+        }
+        if self.has_defaults {
+            self.common.remark(&format!(
+                "simulating {}{} on {}, station {}",
+                blueprint.make().name(),
+                self.from,
+                self.pattern_name,
+                self.choice.station
+            ));
+        }
+        Ok(blueprint)
     }
-    let smallest = match args.check || args.html.is_some() {
-        true => clearance::smallest(station, outcome),
-        false => None,
-    };
-    let smallest = smallest.map(|found| ClearanceReport::new(station, &found));
-    if args.check {
-        report.clearance.clone_from(&smallest);
+
+    /// Prints and writes the report of a run.
+    fn deliver(&self, study: &SimulateStudy, run: &SimulatedRun, session: &Session) -> Result<()> {
+        let (scene, outcome) = (study.scene(), &run.outcome);
+        let made = Provenance::new(
+            &session.command(),
+            &self.choice.station,
+            &self.station,
+            &self.pattern_name,
+            self.common.seed,
+        )
+        .under(&self.conditions);
+        let mut report = RunReport::new(run.strategy.clone(), scene, outcome, made);
+        let clearance = run.clearance.as_ref();
+        let clearance = clearance.map(|found| ClearanceReport::new(&self.station, found));
+        if self.check {
+            report.checked = Some(true);
+            report.clearance.clone_from(&clearance);
+        }
+        let bound = run.bound.as_ref();
+        report.bound = bound.map(|bound| CertifiedReport::new(&outcome.figures, bound));
+        let mut outputs = Outputs::default();
+        if let Some(trace) = &run.trace {
+            let origin = report.made.csv_comment();
+            outputs.add(self.trace.as_deref(), || origin + &trace.to_csv());
+        }
+        outputs.add(self.html.as_deref(), || {
+            replay_page(scene, &self.choice.title(), &report, clearance.as_ref())
+        });
+        self.common.deliver(session, &report, &WHOLE, outputs)
     }
-    if !args.no_bound {
-        let bound = bound_beside(scene, outcome.figures.picked, environment)?;
-        report.bound = Some(CertifiedReport::new(&outcome.figures, &bound));
-    }
-    Ok(smallest)
 }

@@ -16,7 +16,7 @@ use pickline::station::{
 use pickline_report::{Table, arms_apart, fixed, station_picture, with_origin};
 use std::path::Path;
 
-pub fn run(command: StationCommand, session: &Session) -> Result<()> {
+pub(crate) fn run(command: StationCommand, session: &Session) -> Result<()> {
     match command {
         StationCommand::Show {
             station,
@@ -73,10 +73,7 @@ fn show(
 
 /// Checks that a camera position [m] is in the range that conditions allow.
 fn plausible_camera(x: f64) -> Result<f64> {
-    let conditions = Conditions {
-        camera_x: Some(x),
-        ..Conditions::default()
-    };
+    let conditions = Conditions::default().with_camera_x(x);
     conditions.check().map(|()| x)
 }
 

@@ -5,14 +5,15 @@ use super::args::StationChoice;
 use super::session::tell;
 use pickline::error::{Error, Result, counted};
 use pickline::pattern::{Pattern, PatternSet};
-use pickline::plausible::{Quantity, Warning};
+use pickline::plausible::{POSITION_NOISE, Quantity, Warning, check_rate};
+use pickline::sim::Conditions;
 use pickline::station::Station;
 
 /// Prints `warnings`, even with `--quiet`, as nothing may go wrong silently.
 ///
 /// # Errors
 /// The first of them, if `strict`.
-pub fn warn(strict: bool, warnings: impl IntoIterator<Item = Warning>) -> Result<()> {
+pub(crate) fn warn(strict: bool, warnings: impl IntoIterator<Item = Warning>) -> Result<()> {
     let warnings: Vec<Warning> = warnings.into_iter().collect();
     if strict && let Some(first) = warnings.first() {
         let more = warnings.len() - 1;
@@ -35,48 +36,39 @@ pub fn warn(strict: bool, warnings: impl IntoIterator<Item = Warning>) -> Result
 }
 
 impl StationChoice {
-    /// The station; warns about implausible values.
-    ///
-    /// # Errors
-    /// As for [`StationChoice::resolve`] and [`warn`].
-    pub fn load(&self) -> Result<Station> {
-        self.load_with_strategy(&|_| ()).map(|(station, _)| station)
-    }
-
-    /// Like [`StationChoice::load`], with the strategy that the file names.
-    ///
-    /// # Errors
-    /// As for [`StationChoice::resolve_with_strategy`] and [`warn`].
-    pub fn load_with_strategy(&self, remark: &dyn Fn(&str)) -> Result<(Station, Option<String>)> {
-        let (station, strategy) = self.resolve_with_strategy(remark)?;
-        let mut warnings = station.warnings(&self.station);
-        if self.belt_speed.is_some() {
-            // The speed comes from the flag, not from the file.
-            let speed = format!("{}: belt.speed", self.station);
-            for warning in warnings.iter_mut().filter(|w| w.place == speed) {
-                warning.place = "--belt-speed".into();
-            }
-        }
-        warn(self.strict, warnings)?;
-        Ok((station, strategy))
-    }
-
     /// Warns about implausible values of flags.
     ///
     /// # Errors
     /// As for [`warn`].
-    pub fn check_values(&self, values: &[(&str, &Quantity, Option<f64>)]) -> Result<()> {
+    pub(crate) fn check_values(&self, values: &[(&str, &Quantity, Option<f64>)]) -> Result<()> {
         let check = |(flag, quantity, value): &(&str, &Quantity, Option<f64>)| {
             value.and_then(|value| quantity.check(flag, value))
         };
         warn(self.strict, values.iter().filter_map(check))
     }
 
+    /// Warns about conditions that are implausible on `station`.
+    ///
+    /// # Errors
+    /// As for [`warn`].
+    pub(crate) fn check_conditions(
+        &self,
+        conditions: &Conditions,
+        station: &Station,
+    ) -> Result<()> {
+        let camera = conditions.camera_x;
+        let camera = camera.and_then(|x| station.check_camera("--camera-x", x));
+        let noise = conditions.disturbances.position_noise;
+        let noise = POSITION_NOISE.check("--position-noise", noise);
+        let rate = check_rate("--update-hz", conditions.update_hz);
+        warn(self.strict, camera.into_iter().chain(noise).chain(rate))
+    }
+
     /// Warns about implausible values in a pattern.
     ///
     /// # Errors
     /// As for [`warn`].
-    pub fn check_pattern(&self, name: &str, pattern: &Pattern) -> Result<()> {
+    pub(crate) fn check_pattern(&self, name: &str, pattern: &Pattern) -> Result<()> {
         warn(self.strict, pattern.warnings(name))
     }
 
@@ -85,7 +77,7 @@ impl StationChoice {
     ///
     /// # Errors
     /// As for [`warn`].
-    pub fn check_set(&self, set: &PatternSet) -> Result<()> {
+    pub(crate) fn check_set(&self, set: &PatternSet) -> Result<()> {
         let all = set.labels.iter().zip(&set.patterns);
         let mut warnings = all.map(|(name, pattern)| pattern.warnings(name));
         warn(

@@ -6,6 +6,7 @@
 
 // Units are in brackets, [m] or [s], which rustdoc would treat as links.
 #![allow(rustdoc::broken_intra_doc_links)]
+#![warn(unreachable_pub)]
 
 mod metrics;
 mod page;

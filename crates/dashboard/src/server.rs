@@ -32,7 +32,7 @@ use tokio_stream::StreamExt as _;
 use tokio_stream::wrappers::WatchStream;
 
 /// The newest view as the text of an event, for all browsers.
-pub type Texts = watch::Sender<Bytes>;
+pub(crate) type Texts = watch::Sender<Bytes>;
 
 type Body = BoxBody<Bytes, Infallible>;
 
@@ -53,8 +53,8 @@ const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; \
                       frame-ancestors 'none'";
 
 /// The data for requests for metrics.
-pub struct Scraped {
-    /// The newest view.
+pub(crate) struct Scraped {
+    /// The newest view of the line; `None` before the first.
     pub views: watch::Receiver<Option<Arc<LineView>>>,
     /// Set to request the next view.
     pub wanted: Arc<AtomicBool>,
@@ -77,7 +77,7 @@ struct Site {
 }
 
 /// Serves until the views end and every browser has the last one.
-pub async fn serve(
+pub(crate) async fn serve(
     listener: TcpListener,
     access: Access,
     line: String,

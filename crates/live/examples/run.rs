@@ -19,10 +19,7 @@ fn main() -> Result<()> {
 pub fn run(place: Endpoint, monitor: &mut dyn NodeMonitor) -> Result<NodeSummary> {
     let station = station::built_in("paper")?.station(Some(2))?;
     let strategy = strategies::read_alone("rules:SPT,FIFO", 2)?.make();
-    let config = Config {
-        clock: ClockKind::Messages,
-        ..Config::default()
-    };
+    let config = Config::default().with_clock(ClockKind::Messages);
     let connections = Connections::new(place, &station, config.clock);
     let options = NodeOptions::default().with_config(config);
     let stop = AtomicBool::new(false);

@@ -78,7 +78,7 @@ impl Grasps {
 
 /// The recent results of all robots.
 #[derive(Debug, Clone, Default)]
-pub struct Aim {
+pub(crate) struct Aim {
     found: VecDeque<FoundOffset>,
     /// The last grasps of all robots, and of each.
     grasps: Grasps,
@@ -111,7 +111,7 @@ fn millimetres(off: f64) -> String {
 impl Aim {
     /// `robot` has found its item `off` [m] from where it was sent; the belt moved at `speed` [m/s]
     /// when the picture was taken.
-    pub fn find(&mut self, robot: usize, off: (f64, f64), speed: f64) {
+    pub(crate) fn find(&mut self, robot: usize, off: (f64, f64), speed: f64) {
         if self.found.len() == KEPT {
             self.found.pop_front();
         }
@@ -119,12 +119,12 @@ impl Aim {
     }
 
     /// Notes an impossible `found` of `robot`. Returns whether it is its first.
-    pub fn find_elsewhere(&mut self, robot: usize) -> bool {
+    pub(crate) fn find_elsewhere(&mut self, robot: usize) -> bool {
         self.elsewhere.insert(robot)
     }
 
     /// `robot` has reported a result without `found`.
-    pub fn conclude(&mut self, robot: usize, verdict: Verdict) {
+    pub(crate) fn conclude(&mut self, robot: usize, verdict: Verdict) {
         if matches!(verdict, Verdict::Rejected | Verdict::Cancelled) {
             return;
         }
@@ -137,7 +137,7 @@ impl Aim {
     /// What the results show, if it is new. `delay` [s] is already subtracted from the timestamps
     /// of pictures; `camera` is the time from a picture's timestamp to its arrival [s]; the belt
     /// moved at `speed` [m/s] last.
-    pub fn remark(
+    pub(crate) fn remark(
         &mut self,
         delay: f64,
         camera: Option<f64>,

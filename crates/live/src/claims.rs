@@ -13,7 +13,7 @@ const LONGEST_PAUSE: f64 = 30.0;
 /// Why a task is cancelled; the `reason` of its `cancel`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Reason {
+pub(crate) enum Reason {
     /// The belt has stopped before the item was within reach.
     BeltStopped,
     /// The belt runs backwards.
@@ -38,7 +38,7 @@ pub enum Reason {
 
 impl Reason {
     /// The text of the `reason` in a `cancel`.
-    pub fn text(self) -> &'static str {
+    pub(crate) fn text(self) -> &'static str {
         match self {
             Self::BeltStopped => "the belt has stopped before the item came within reach",
             Self::BeltBackwards => "the belt runs backwards",
@@ -56,7 +56,7 @@ impl Reason {
 
 /// A task without a result yet. Times are in controller time [s].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Claim {
+pub(crate) struct Claim {
     /// Number of the task.
     pub task: u64,
     /// Index of the robot.
@@ -96,7 +96,7 @@ pub struct Claim {
 
 impl Claim {
     /// The claim of a robot that leaves its bin at `moment.time` for `candidate`.
-    pub fn new(task: u64, index: usize, moment: &Moment, candidate: &Candidate) -> Self {
+    pub(crate) fn new(task: u64, index: usize, moment: &Moment, candidate: &Candidate) -> Self {
         let travel = moment.travel_time(candidate);
         let time = moment.time;
         Self {
@@ -126,7 +126,7 @@ impl Claim {
     /// Replans the task from `now` on for a robot that has not left yet; the item was at (`x0`,
     /// `y`) [m] at time 0. Returns whether the task can still be done with a start by `latest` [s].
     /// So no robot waits for an item that a nearly stationary belt brings in an hour.
-    pub fn plan_again(
+    pub(crate) fn plan_again(
         &mut self,
         robot: &Robot,
         belt: &Belt,
@@ -171,7 +171,13 @@ impl Claim {
     /// Replans the task for a robot on its way, if the item is not where it was expected: the robot
     /// turns to the new meeting point from its present position. Returns whether the task can still
     /// be done.
-    pub fn redirect(&mut self, robot: &Robot, belt: &Belt, now: f64, (x0, y): (f64, f64)) -> bool {
+    pub(crate) fn redirect(
+        &mut self,
+        robot: &Robot,
+        belt: &Belt,
+        now: f64,
+        (x0, y): (f64, f64),
+    ) -> bool {
         let way = self.meet - robot.bin;
         let whole = self.meet_at - self.start;
         let gone = if whole > 0.0 {
@@ -201,7 +207,7 @@ impl Claim {
 impl Claim {
     /// The next time to act on the task. While its robot is `unreachable` nothing is sent, so only
     /// the consequences of its silence are due.
-    pub fn due(&self, unreachable: bool) -> Option<f64> {
+    pub(crate) fn due(&self, unreachable: bool) -> Option<f64> {
         match (self.stage, self.repeat_at) {
             (Stage::Sent, _) if unreachable => None,
             (stage, Some(at)) if stage.is_cancelled() && !unreachable => {
@@ -213,13 +219,13 @@ impl Claim {
 
     /// When the task becomes moot: `result_timeout` [s] after both the last start and the robot's
     /// expected return.
-    pub fn moot_from(&self, result_timeout: f64) -> f64 {
+    pub(crate) fn moot_from(&self, result_timeout: f64) -> f64 {
         self.window.1.max(self.free_at) + result_timeout
     }
 
     /// Notes a cancel sent at `now`. The next one follows after `pause` [s], which doubles each
     /// time.
-    pub fn note_cancel(&mut self, now: f64, pause: f64) {
+    pub(crate) fn note_cancel(&mut self, now: f64, pause: f64) {
         let doubled = pause * f64::from(2u32.saturating_pow(self.cancels.min(16)));
         self.cancels += 1;
         self.repeat_at = Some(now + doubled.min(LONGEST_PAUSE.max(pause)));
@@ -231,11 +237,11 @@ mod point {
     use nalgebra::Point2;
     use serde::{Deserialize as _, Deserializer, Serialize as _, Serializer};
 
-    pub fn serialize<S: Serializer>(point: &Point2<f64>, to: S) -> Result<S::Ok, S::Error> {
+    pub(super) fn serialize<S: Serializer>(point: &Point2<f64>, to: S) -> Result<S::Ok, S::Error> {
         [point.x, point.y].serialize(to)
     }
 
-    pub fn deserialize<'a, D: Deserializer<'a>>(from: D) -> Result<Point2<f64>, D::Error> {
+    pub(super) fn deserialize<'a, D: Deserializer<'a>>(from: D) -> Result<Point2<f64>, D::Error> {
         <[f64; 2]>::deserialize(from).map(Point2::from)
     }
 }

@@ -4,7 +4,7 @@ use super::protocol::{Rejected, Rejection};
 use pickline::error::shown_number;
 
 /// Older timestamps than this [s] are refused, because their content is no longer of use.
-pub const OLDEST: f64 = 60.0;
+pub(crate) const OLDEST: f64 = 60.0;
 /// With the system clock, timestamps further ahead than this [s] are refused.
 const AHEAD: f64 = 5.0;
 /// With message time, timestamps further ahead than this [s] are doubtful. One wild timestamp must
@@ -12,7 +12,7 @@ const AHEAD: f64 = 5.0;
 const DOUBTFUL: f64 = OLDEST;
 /// A tick is only doubtful further ahead than this [s]: it comes from the timekeeper, which waits
 /// for an answer.
-pub const LEAP: f64 = 3600.0;
+pub(crate) const LEAP: f64 = 3600.0;
 
 /// Where the time comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -42,7 +42,7 @@ impl ClockKind {
 
 /// How a timestamp is judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum StampTrust {
+pub(crate) enum StampTrust {
     /// It is near enough to the present; its time [s].
     Certain(f64),
     /// With message time: it is far ahead, or the first. The next timestamp decides.
@@ -51,7 +51,7 @@ pub enum StampTrust {
 
 /// The controller's time. It starts at 0 to keep its precision.
 #[derive(Debug, Clone)]
-pub struct Clock {
+pub(crate) struct Clock {
     /// Where the time comes from.
     pub kind: ClockKind,
     /// Timestamp of time 0 [s]; with message time that of the first message.
@@ -62,7 +62,7 @@ pub struct Clock {
 
 impl Clock {
     /// A clock that starts at the first timestamp or reading.
-    pub fn new(kind: ClockKind) -> Self {
+    pub(crate) fn new(kind: ClockKind) -> Self {
         Self {
             kind,
             origin: None,
@@ -71,22 +71,22 @@ impl Clock {
     }
 
     /// A clock that resumes at `now` [s], with time 0 at the timestamp `origin` [s].
-    pub fn resume(kind: ClockKind, origin: Option<f64>, now: f64) -> Self {
+    pub(crate) fn resume(kind: ClockKind, origin: Option<f64>, now: f64) -> Self {
         Self { kind, origin, now }
     }
 
     /// Timestamp of time 0 [s], once it is known.
-    pub fn origin(&self) -> Option<f64> {
+    pub(crate) fn origin(&self) -> Option<f64> {
         self.origin
     }
 
     /// The controller's time [s] of a timestamp [s].
-    pub fn time(&mut self, stamp: f64) -> f64 {
+    pub(crate) fn time(&mut self, stamp: f64) -> f64 {
         stamp - *self.origin.get_or_insert(stamp)
     }
 
     /// The timestamp [s] of a controller time [s].
-    pub fn stamp(&self, time: f64) -> f64 {
+    pub(crate) fn stamp(&self, time: f64) -> f64 {
         // 0 + t is t, so nothing is rounded in a recording that starts at 0.
         self.origin.unwrap_or(0.0) + time
     }
@@ -94,7 +94,7 @@ impl Clock {
     /// The first timestamp [s] that is not before `time` [s]. The nearest one may be slightly
     /// earlier, because timestamps have fewer decimals, and a peer that waits for it would wait for
     /// ever.
-    pub fn stamp_reaching(&self, time: f64) -> f64 {
+    pub(crate) fn stamp_reaching(&self, time: f64) -> f64 {
         let origin = self.origin.unwrap_or(0.0);
         let mut stamp = self.stamp(time);
         while stamp - origin < time {
@@ -107,7 +107,7 @@ impl Clock {
     ///
     /// # Errors
     /// The timestamp is too far from the present to be accepted in any case.
-    pub fn judge(&mut self, stamp: f64, is_tick: bool) -> Result<StampTrust, Rejected> {
+    pub(crate) fn judge(&mut self, stamp: f64, is_tick: bool) -> Result<StampTrust, Rejected> {
         let ahead = match self.kind {
             ClockKind::System => AHEAD,
             ClockKind::Messages if self.origin.is_none() => return Ok(StampTrust::Doubtful),
@@ -128,12 +128,12 @@ impl Clock {
 
     /// Whether the timestamp `doubtful` is confirmed by the next one, `next`. The very first
     /// timestamp must be near the next one, because nothing else shows whether it is wild.
-    pub fn confirms(&self, doubtful: f64, next: f64) -> bool {
+    pub(crate) fn confirms(&self, doubtful: f64, next: f64) -> bool {
         next >= doubtful - OLDEST && (self.origin.is_some() || next <= doubtful + LEAP)
     }
 
     /// The refusal of a message whose doubtful timestamp was not confirmed.
-    pub fn unconfirmed(&self, stamp: f64) -> Rejected {
+    pub(crate) fn unconfirmed(&self, stamp: f64) -> Rejected {
         if self.origin.is_some() {
             let ahead = format!("{DOUBTFUL} s ahead, or confirmed by the next message");
             return self.refuse(stamp, &ahead);

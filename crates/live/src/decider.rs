@@ -10,7 +10,7 @@ use pickline::station::Station;
 pub type Stopwatch = Box<dyn FnMut() -> f64 + Send>;
 
 /// The strategy, with reusable buffers for its snapshots.
-pub struct Decider {
+pub(crate) struct Decider {
     strategy: Box<dyn Strategy>,
     name: String,
     stopwatch: Option<Stopwatch>,
@@ -28,7 +28,7 @@ pub struct Decider {
 
 impl Decider {
     /// A decider that uses `strategy`.
-    pub fn new(strategy: Box<dyn Strategy>) -> Self {
+    pub(crate) fn new(strategy: Box<dyn Strategy>) -> Self {
         Self {
             name: strategy.name(),
             strategy,
@@ -43,22 +43,22 @@ impl Decider {
     }
 
     /// Times the decisions from now on with `stopwatch`.
-    pub fn time_with(&mut self, stopwatch: Stopwatch) {
+    pub(crate) fn time_with(&mut self, stopwatch: Stopwatch) {
         self.stopwatch = Some(stopwatch);
     }
 
     /// The strategy's name.
-    pub fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
     /// Whether the strategy uses the items in view.
-    pub fn needs_view(&self) -> bool {
+    pub(crate) fn needs_view(&self) -> bool {
         self.strategy.needs_view()
     }
 
     /// Decides the action of `robot` at `time` [s], with the buffers filled in.
-    pub fn decide(&mut self, station: &Station, time: f64, robot: usize) -> Action {
+    pub(crate) fn decide(&mut self, station: &Station, time: f64, robot: usize) -> Action {
         let snapshot = Snapshot {
             station,
             time,
@@ -77,7 +77,7 @@ impl Decider {
 
     /// Records that the answer `action` for `robot` at `time` [s] is invalid, if it is the first
     /// such answer.
-    pub fn complain(&mut self, action: Action, robot: &str, time: f64) {
+    pub(crate) fn complain(&mut self, action: Action, robot: &str, time: f64) {
         if std::mem::replace(&mut self.has_complained, true) {
             return;
         }
@@ -98,17 +98,17 @@ impl Decider {
     }
 
     /// Takes the complaint about the first invalid answer.
-    pub fn take_complaint(&mut self) -> Option<String> {
+    pub(crate) fn take_complaint(&mut self) -> Option<String> {
         self.complaint.take()
     }
 
     /// Durations of the decisions so far.
-    pub fn latency(&self) -> Latency {
+    pub(crate) fn latency(&self) -> Latency {
         self.latency.latency()
     }
 
     /// The same durations, as counts within fixed limits.
-    pub fn decision_times(&self) -> DecisionTimes {
+    pub(crate) fn decision_times(&self) -> DecisionTimes {
         self.latency.decision_times()
     }
 }

@@ -25,7 +25,7 @@ const FREE_AFTER: f64 = 3600.0;
 
 /// What values are judged by.
 #[derive(Debug, Clone)]
-pub struct Doubts {
+pub(crate) struct Doubts {
     /// Speed of the belt in the station file [m/s].
     belt_speed: f64,
     last_belt: Option<BeltState>,
@@ -34,7 +34,7 @@ pub struct Doubts {
 
 impl Doubts {
     /// Doubts about messages on `station`.
-    pub fn new(station: &Station) -> Self {
+    pub(crate) fn new(station: &Station) -> Self {
         Self {
             belt_speed: station.belt().speed,
             last_belt: None,
@@ -44,13 +44,13 @@ impl Doubts {
 
     /// Takes the warning about the last message, if any. Its place is the kind of message with the
     /// field.
-    pub fn take(&mut self) -> Option<Warning> {
+    pub(crate) fn take(&mut self) -> Option<Warning> {
         self.found.take()
     }
 
     /// Checks a message. Returns whether any of its values is doubtful. Impossible values in
     /// optional fields are removed.
-    pub fn look(&mut self, message: &mut Incoming) -> bool {
+    pub(crate) fn look(&mut self, message: &mut Incoming) -> bool {
         self.found = match message {
             Incoming::Detection(detection) => look_at_item(detection),
             Incoming::Belt(belt) => {

@@ -19,7 +19,7 @@ const GAIN: f64 = 0.05;
 /// Why the belt is requested to stop or to restart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum StopCause {
+pub(crate) enum StopCause {
     /// No robot takes tasks.
     NoRobot,
     /// An item would leave the last robot's reach.
@@ -30,7 +30,7 @@ pub enum StopCause {
 
 impl StopCause {
     /// The text of the `reason` in a request.
-    pub fn text(self) -> &'static str {
+    pub(crate) fn text(self) -> &'static str {
         match self {
             Self::NoRobot => "no robot takes tasks",
             Self::ItemLost => "an item would leave the last robot's reach",
@@ -41,7 +41,7 @@ impl StopCause {
 
 /// A request to the drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Request {
+pub(crate) struct Request {
     /// The requested speed [m/s].
     pub speed: f64,
     /// The reason for the request.
@@ -69,7 +69,7 @@ enum DrivePhase {
 
 /// The state of the requests to the drive.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Drive {
+pub(crate) struct Drive {
     phase: DrivePhase,
     /// Reason of the last requested stop.
     cause: Option<StopCause>,
@@ -82,7 +82,7 @@ pub struct Drive {
 
 impl Drive {
     /// Speed of the belt before the requested stop [m/s]; none while no stop is requested.
-    pub fn running(&self) -> Option<f64> {
+    pub(crate) fn running(&self) -> Option<f64> {
         match self.phase {
             DrivePhase::Stopping(speed) | DrivePhase::Stopped(speed) => Some(speed),
             _ => None,
@@ -90,7 +90,7 @@ impl Drive {
     }
 
     /// When the open request is repeated if it is not followed [s].
-    pub fn repeat_at(&self) -> Option<f64> {
+    pub(crate) fn repeat_at(&self) -> Option<f64> {
         let is_open = matches!(
             self.phase,
             DrivePhase::Stopping(_) | DrivePhase::Starting(_)
@@ -100,7 +100,12 @@ impl Drive {
 
     /// The request to make at `now` [s], if the belt moves at `speed` [m/s] and there is a `reason`
     /// to stop it or none. Returns none if it has already been made.
-    pub fn ask(&mut self, now: f64, speed: f64, reason: Option<StopCause>) -> Option<Request> {
+    pub(crate) fn ask(
+        &mut self,
+        now: f64,
+        speed: f64,
+        reason: Option<StopCause>,
+    ) -> Option<Request> {
         let stands = speed == 0.0;
         self.lowest = self.lowest.min(speed);
         let gains = |running: f64| speed > self.lowest + GAIN * running;

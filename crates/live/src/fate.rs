@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// The fate of an item. Each item has exactly one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Fate {
+pub(crate) enum Fate {
     /// It is in a bin.
     Picked,
     /// It is reserved for a robot's task.
@@ -30,7 +30,7 @@ pub enum Fate {
 
 impl Fate {
     /// The fate of an item; `is_past` is whether it has left the belt.
-    pub fn of(tracked: &Tracked, is_past: bool) -> Self {
+    pub(crate) fn of(tracked: &Tracked, is_past: bool) -> Self {
         match tracked.state {
             ItemState::Picked(_) => Self::Picked,
             ItemState::Claimed(_) => Self::Claimed,
@@ -46,7 +46,7 @@ impl Fate {
     }
 
     /// The key in the figures for why the item was missed; none if it was not.
-    pub fn reason(self) -> Option<&'static str> {
+    pub(crate) fn reason(self) -> Option<&'static str> {
         match self {
             Self::Unreachable => Some("unreachable"),
             Self::GraspFailed => Some("grasp_failed"),
@@ -59,7 +59,7 @@ impl Fate {
     }
 
     /// The item's count in `missed`; none if it was not missed.
-    pub fn count(self, missed: &mut MissedCounts) -> Option<&mut u64> {
+    pub(crate) fn count(self, missed: &mut MissedCounts) -> Option<&mut u64> {
         match self {
             Self::Unreachable => Some(&mut missed.unreachable),
             Self::GraspFailed => Some(&mut missed.grasp_failed),

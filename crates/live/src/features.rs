@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 /// What is known about an item besides its position; unreported fields are none.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
-pub struct Features {
+pub(crate) struct Features {
     /// Area seen from above [cm^2].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub area_cm2: Option<f64>,
@@ -40,7 +40,7 @@ pub struct Features {
 
 impl Features {
     /// The features in a detection.
-    pub fn of(detection: &Detection) -> Self {
+    pub(crate) fn of(detection: &Detection) -> Self {
         Self {
             area_cm2: detection.area_cm2,
             p_detection: detection.p_detection,
@@ -56,7 +56,7 @@ impl Features {
 
     /// Merges `other`: all of its values if it is newer, otherwise only those that are not known
     /// yet. Values that `other` lacks stay.
-    pub fn take(&mut self, other: Self, is_newer: bool) {
+    pub(crate) fn take(&mut self, other: Self, is_newer: bool) {
         fn merge<T>(mine: &mut Option<T>, other: Option<T>, is_newer: bool) {
             if other.is_some() && (is_newer || mine.is_none()) {
                 *mine = other;
@@ -86,7 +86,7 @@ impl Features {
     }
 
     /// The object-specific reward that follows from the features.
-    pub fn reward(&self) -> f64 {
+    pub(crate) fn reward(&self) -> f64 {
         let item = Item {
             area_cm2: self.area_cm2,
             p_detection: self.p_detection,

@@ -18,6 +18,7 @@ const LIMITS: [f64; 14] = [
 
 /// Durations of decisions, for programs that collect histograms.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
 pub struct DecisionTimes {
     /// Limits [s], and how many decisions took at most that long; the limits are exact to 1 %.
     pub within: Vec<(f64, u64)>,
@@ -29,7 +30,7 @@ pub struct DecisionTimes {
 
 /// The durations of all decisions so far.
 #[derive(Debug, Clone)]
-pub struct DurationHistogram {
+pub(crate) struct DurationHistogram {
     /// Durations [ns].
     counts: Histogram<u64>,
     /// Total duration [s].
@@ -50,15 +51,15 @@ impl Default for DurationHistogram {
 }
 
 impl DurationHistogram {
-    /// Adds a duration [s].
-    pub fn note(&mut self, seconds: f64) {
+    /// Counts a decision that took `seconds` [s].
+    pub(crate) fn note(&mut self, seconds: f64) {
         self.counts.saturating_record(whole_ns(seconds));
         self.sum += seconds;
         self.max = self.max.max(seconds);
     }
 
     /// The figures for a status.
-    pub fn latency(&self) -> Latency {
+    pub(crate) fn latency(&self) -> Latency {
         Latency {
             decisions: self.counts.len(),
             p50_ms: 1e3 * self.quantile(0.5),
@@ -68,7 +69,7 @@ impl DurationHistogram {
     }
 
     /// Counts within fixed limits.
-    pub fn decision_times(&self) -> DecisionTimes {
+    pub(crate) fn decision_times(&self) -> DecisionTimes {
         let within = LIMITS.map(|limit| (limit, self.counts.count_between(0, whole_ns(limit))));
         DecisionTimes {
             within: within.to_vec(),

@@ -14,7 +14,7 @@ const SAME_PLACE: f64 = 1e-3;
 
 /// A hash of the layout of `station`: of everything but the belt's speed, which the line itself
 /// reports.
-pub fn layout_hash(station: &Station) -> String {
+pub(crate) fn layout_hash(station: &Station) -> String {
     // Any fixed speed below that of every arm will do.
     const SPEED: f64 = 1e-6;
     let still = station.with_belt_speed(SPEED);
@@ -75,7 +75,7 @@ pub fn check_task(station: &Station, task: &Task) -> Result<()> {
 ///
 /// # Errors
 /// Only robots with other names were heard.
-pub fn check_heard(station: &Station, status: &Status) -> Result<()> {
+pub(crate) fn check_heard(station: &Station, status: &Status) -> Result<()> {
     let strangers = status.rejected.get(Rejection::UnknownRobot.name());
     let silent = status.robots.iter().all(|robot| robot.state == "unknown");
     if !silent || strangers.is_none() {

@@ -1,9 +1,28 @@
 //! Live control: the node between the camera and the robots.
 //!
 //! The [`Controller`] is sans-IO: it takes messages and the time and returns messages. It has no
-//! clock, thread, file or socket, so that every behaviour can be tested exactly. [`transport`], [`journal`] and
-//! [`recording`] add those.
+//! clock, thread, file or socket, so that every behaviour can be tested exactly.
+//!
+//! # Where to look
+//!
+//! - [`node::run`] runs a line with one call: the controller, its peers, its journal and its
+//!   recording. [`node::NodeOptions`] and [`node::Connections`] say how; a [`node::NodeMonitor`] is
+//!   told what happens.
+//! - [`Controller`] with [`Config`], for programs that bring their own messages and time.
+//! - [`protocol`] has the messages, [`transport`] carries them, [`emulator`] answers them in place of
+//!   a real station.
+//! - [`journal`] and `recording` keep a run: the one to resume it, the other to replay it.
+//! - [`LineView`] and [`Trend`] are what a dashboard shows.
+//!
+//! # Features
+//!
+//! - `mcap` (default): recordings, and what reads them.
+//! - `tls` (default): TLS with certificates of both sides, over TCP.
+//! - `mqtt`: the live protocol over MQTT 5.
+//! - `ros2`: the live protocol over ROS 2, without a ROS installation.
 
+// What only the crate uses says so.
+#![warn(unreachable_pub)]
 // Units are in brackets, [m] or [s], which rustdoc would treat as links.
 #![allow(rustdoc::broken_intra_doc_links)]
 

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// The stage of a task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Stage {
+pub(crate) enum Stage {
     /// Sent, but perhaps not received.
     Sent,
     /// The robot has confirmed that it sets out.
@@ -24,7 +24,7 @@ pub enum Stage {
 
 impl Stage {
     /// The name of the stage, as displayed.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Sent => "sent",
             Self::Acknowledged => "acknowledged",
@@ -34,19 +34,19 @@ impl Stage {
     }
 
     /// Whether the item is reserved for this task.
-    pub fn holds_item(self) -> bool {
+    pub(crate) fn holds_item(self) -> bool {
         self != Self::Recalled
     }
 
     /// Whether a `cancel` is repeated until the robot answers.
-    pub fn is_cancelled(self) -> bool {
+    pub(crate) fn is_cancelled(self) -> bool {
         matches!(self, Self::Cancelling | Self::Recalled)
     }
 }
 
 /// An event of a task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TaskEvent {
+pub(crate) enum TaskEvent {
     /// The robot has acknowledged it.
     Ack,
     /// The robot has the item in the bin.
@@ -79,7 +79,7 @@ pub enum TaskEvent {
 
 /// The effect of a step on the item.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Effect {
+pub(crate) enum Effect {
     /// Nothing.
     Keep,
     /// The item is picked.
@@ -97,11 +97,11 @@ pub enum Effect {
 }
 
 /// The stage after an event, none when the task is over, and the effect on the item.
-pub type Transition = (Option<Stage>, Effect);
+pub(crate) type Transition = (Option<Stage>, Effect);
 
 impl Stage {
     /// The step that `event` causes at this stage; none if it changes nothing.
-    pub fn after(self, event: TaskEvent) -> Option<Transition> {
+    pub(crate) fn after(self, event: TaskEvent) -> Option<Transition> {
         use Effect::{Attempt, Keep, Pick, Refuse, Return, Withhold, WriteOff};
         use Stage::{Acknowledged, Cancelling, Recalled, Sent};
         let over = |effect| Some((None, effect));
@@ -152,7 +152,7 @@ mod tests {
 
     impl Stage {
         /// All of them.
-        pub const ALL: [Self; 4] = [
+        pub(crate) const ALL: [Self; 4] = [
             Self::Sent,
             Self::Acknowledged,
             Self::Cancelling,
@@ -162,7 +162,7 @@ mod tests {
 
     impl TaskEvent {
         /// All of them, in the order of the table.
-        pub const ALL: [Self; 14] = [
+        pub(crate) const ALL: [Self; 14] = [
             Self::Ack,
             Self::Picked,
             Self::GraspFailed,
@@ -180,7 +180,7 @@ mod tests {
         ];
 
         /// The text in the table in the docs.
-        pub fn describe(self) -> &'static str {
+        pub(crate) fn describe(self) -> &'static str {
             match self {
                 Self::Ack => "`ack`",
                 Self::Picked => "`PICKED`",
@@ -202,7 +202,7 @@ mod tests {
 
     impl Effect {
         /// The text in the table in the docs.
-        pub fn describe(self) -> &'static str {
+        pub(crate) fn describe(self) -> &'static str {
             match self {
                 Self::Keep => "",
                 Self::Pick => "picked",

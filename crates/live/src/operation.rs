@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// The operator's order for the line or for a robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Mode {
+pub(crate) enum Mode {
     /// Tasks are given.
     #[default]
     Running,
@@ -22,27 +22,27 @@ pub enum Mode {
 /// Invariant: a robot's own mode is never `Draining`. A robot works if both its own mode and the
 /// line's allow it.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Operation {
+pub(crate) struct Operation {
     line: Mode,
     /// Robots whose own mode is not `Running`, by index.
     robots: Vec<(usize, Mode)>,
 }
 
 impl Operation {
-    /// The line's mode.
-    pub fn line(&self) -> Mode {
+    /// The mode that the operator ordered for the whole line.
+    pub(crate) fn line(&self) -> Mode {
         self.line
     }
 
     /// A robot's own mode.
-    pub fn robot(&self, robot: usize) -> Mode {
+    pub(crate) fn robot(&self, robot: usize) -> Mode {
         let found = self.robots.iter().find(|(index, _)| *index == robot);
         found.map_or(Mode::Running, |(_, mode)| *mode)
     }
 
     /// Sets the mode of the line or of one robot. Resuming the line does not resume a robot that
     /// was paused individually.
-    pub fn order(&mut self, robot: Option<usize>, mode: Mode) {
+    pub(crate) fn order(&mut self, robot: Option<usize>, mode: Mode) {
         let Some(robot) = robot else {
             self.line = mode;
             return;
@@ -60,20 +60,20 @@ impl Operation {
     }
 
     /// Whether a robot may get tasks.
-    pub fn allows(&self, robot: usize) -> bool {
+    pub(crate) fn allows(&self, robot: usize) -> bool {
         let line = matches!(self.line, Mode::Running | Mode::Draining);
         line && self.robot(robot) == Mode::Running
     }
 
     /// The robots that have an order of their own.
-    pub fn robots(&self) -> impl Iterator<Item = usize> + '_ {
+    pub(crate) fn robots(&self) -> impl Iterator<Item = usize> + '_ {
         self.robots.iter().map(|(index, _)| *index)
     }
 }
 
 impl Mode {
     /// The `mode` of a status. A draining line is drained once nothing is `left`.
-    pub fn name(self, left: bool) -> &'static str {
+    pub(crate) fn name(self, left: bool) -> &'static str {
         match self {
             Self::Running => "running",
             Self::Paused => "paused",

@@ -13,7 +13,7 @@ const LONGEST_REST: f64 = 10.0;
 /// Whether a robot takes tasks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Service {
+pub(crate) enum Service {
     /// It has not been heard yet.
     Unknown,
     /// It takes tasks from `free_at` on.
@@ -29,7 +29,7 @@ pub enum Service {
 /// Why a robot that could decide waits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Wait {
+pub(crate) enum Wait {
     /// It does not wait.
     No,
     /// Until the time given by its strategy.
@@ -40,7 +40,7 @@ pub enum Wait {
 
 /// The state of a robot.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct RobotInfo {
+pub(crate) struct RobotInfo {
     /// Whether it takes tasks.
     pub service: Service,
     /// When it can set out next [s]; infinite if unknown.
@@ -48,11 +48,11 @@ pub struct RobotInfo {
     pub free_at: f64,
     /// Why it does not decide earlier.
     pub wait: Wait,
-    /// Its current task.
+    /// The number of its open task.
     pub task: Option<u64>,
-    /// Its picks.
+    /// Number of items that it has picked.
     pub picked: u64,
-    /// Its failed grasps.
+    /// Number of its grasps that failed.
     pub failed: u64,
     /// Its tasks for which it came too late or did not find the item.
     pub missed: u64,
@@ -93,17 +93,17 @@ impl Default for RobotInfo {
 
 impl RobotInfo {
     /// Whether it can get a task, now or at a known time.
-    pub fn is_ready(&self) -> bool {
+    pub(crate) fn is_ready(&self) -> bool {
         self.service == Service::Ready && (self.task.is_none() || self.idle_said)
     }
 
     /// When it can get a task, `now` [s] or later.
-    pub fn available_from(&self, now: f64) -> f64 {
+    pub(crate) fn available_from(&self, now: f64) -> f64 {
         self.free_at.max(self.rests_until).max(now)
     }
 
     /// Counts the result of a task; `before` is the result reported earlier, if any.
-    pub fn count(&mut self, before: Option<Verdict>, verdict: Verdict) {
+    pub(crate) fn count(&mut self, before: Option<Verdict>, verdict: Verdict) {
         if let Some(count) = before.and_then(|verdict| self.counter(verdict)) {
             *count = count.saturating_sub(1);
         }
@@ -123,7 +123,7 @@ impl RobotInfo {
 
     /// Notes that it has dropped a task unasked at `now` [s]. The third in a row, and each further
     /// one, leads to a rest. Returns whether this is the third.
-    pub fn drops_task(&mut self, now: f64) -> bool {
+    pub(crate) fn drops_task(&mut self, now: f64) -> bool {
         self.dropped += 1;
         if self.dropped >= MOST_DROPPED {
             let further = (self.dropped - MOST_DROPPED).min(16);
@@ -134,7 +134,7 @@ impl RobotInfo {
     }
 
     /// Sets it free from `time` [s] on.
-    pub fn free_from(&mut self, time: f64) {
+    pub(crate) fn free_from(&mut self, time: f64) {
         self.service = Service::Ready;
         self.free_at = time;
         self.wait = Wait::No;
@@ -143,18 +143,18 @@ impl RobotInfo {
     }
 
     /// Notes its report at `told` [s] that it is free from `time` [s] on.
-    pub fn tells_free(&mut self, told: f64, time: f64) {
+    pub(crate) fn tells_free(&mut self, told: f64, time: f64) {
         self.free_from(time);
         self.told_at = Some(told);
     }
 
     /// Whether a report at `time` [s] is newer than its last one of when it is free.
-    pub fn is_news(&self, time: f64) -> bool {
+    pub(crate) fn is_news(&self, time: f64) -> bool {
         self.told_at.is_none_or(|told| time > told)
     }
 
     /// Its `state` in a status at `now` [s].
-    pub fn state(&self, now: f64) -> &'static str {
+    pub(crate) fn state(&self, now: f64) -> &'static str {
         match self.service {
             Service::Unknown => "unknown",
             Service::Ready if self.task.is_some() => "busy",
@@ -167,7 +167,7 @@ impl RobotInfo {
     }
 
     /// The robot's entry in a status at `now` [s].
-    pub fn report(&self, name: &str, now: f64) -> RobotCounts {
+    pub(crate) fn report(&self, name: &str, now: f64) -> RobotCounts {
         RobotCounts {
             name: name.to_owned(),
             state: self.state(now).to_owned(),
@@ -180,40 +180,40 @@ impl RobotInfo {
 
 /// All robots, upstream first.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Fleet {
+pub(crate) struct Fleet {
     robots: Vec<RobotInfo>,
 }
 
 impl Fleet {
     /// A fleet of `robots` robots that have not been heard yet.
-    pub fn new(robots: usize) -> Self {
+    pub(crate) fn new(robots: usize) -> Self {
         Self {
             robots: vec![RobotInfo::default(); robots],
         }
     }
 
     /// Number of robots.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.robots.len()
     }
 
     /// The robots with their indices.
-    pub fn iter(&self) -> impl Iterator<Item = (usize, &RobotInfo)> {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (usize, &RobotInfo)> {
         self.robots.iter().enumerate()
     }
 
     /// The robot with this index.
-    pub fn get(&self, robot: usize) -> &RobotInfo {
+    pub(crate) fn get(&self, robot: usize) -> &RobotInfo {
         &self.robots[robot]
     }
 
     /// The robot with this index, to be changed.
-    pub fn get_mut(&mut self, robot: usize) -> &mut RobotInfo {
+    pub(crate) fn get_mut(&mut self, robot: usize) -> &mut RobotInfo {
         &mut self.robots[robot]
     }
 
     /// A window of `robot` opens at `open` [s]; if it waits for a window, it waits until then.
-    pub fn window_opens(&mut self, robot: usize, open: f64) {
+    pub(crate) fn window_opens(&mut self, robot: usize, open: f64) {
         let info = &mut self.robots[robot];
         if info.service == Service::Ready && info.wait == Wait::Window {
             info.free_at = info.free_at.min(open);
@@ -221,7 +221,7 @@ impl Fleet {
     }
 
     /// Makes all waiting robots decide again, from `now` [s] on.
-    pub fn wake_all(&mut self, now: f64) {
+    pub(crate) fn wake_all(&mut self, now: f64) {
         for robot in &mut self.robots {
             if robot.service == Service::Ready && robot.wait != Wait::No {
                 robot.free_at = now;
@@ -231,7 +231,7 @@ impl Fleet {
     }
 
     /// Fills in when each robot can set out next [s]; infinite for those out of service.
-    pub fn free_at(&self, into: &mut Vec<f64>) {
+    pub(crate) fn free_at(&self, into: &mut Vec<f64>) {
         into.clear();
         into.extend(self.robots.iter().map(|robot| match robot.service {
             Service::Ready => robot.free_at.max(robot.rests_until),
@@ -244,11 +244,11 @@ impl Fleet {
 mod never {
     use serde::{Deserialize as _, Deserializer, Serialize as _, Serializer};
 
-    pub fn serialize<S: Serializer>(time: &f64, to: S) -> Result<S::Ok, S::Error> {
+    pub(super) fn serialize<S: Serializer>(time: &f64, to: S) -> Result<S::Ok, S::Error> {
         time.is_finite().then_some(time).serialize(to)
     }
 
-    pub fn deserialize<'a, D: Deserializer<'a>>(from: D) -> Result<f64, D::Error> {
+    pub(super) fn deserialize<'a, D: Deserializer<'a>>(from: D) -> Result<f64, D::Error> {
         Option::<f64>::deserialize(from).map(|time| time.unwrap_or(f64::INFINITY))
     }
 }

@@ -6,10 +6,10 @@ use super::protocol::Detection;
 
 /// A detection of an item.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PlacedDetection {
+pub(crate) struct PlacedDetection {
     /// The camera, if it has a name.
     pub source: Option<String>,
-    /// The tracker's id.
+    /// The id that the camera's tracker gave the item, if there is one.
     pub id: Option<String>,
     /// When the picture was taken [s].
     pub time: f64,
@@ -25,7 +25,7 @@ pub struct PlacedDetection {
 
 impl PlacedDetection {
     /// The sight from a detection at `time` [s], when the belt's travel was `travel` [m].
-    pub fn of(detection: Detection, time: f64, travel: f64) -> Self {
+    pub(crate) fn of(detection: Detection, time: f64, travel: f64) -> Self {
         Self {
             features: Features::of(&detection),
             source: detection.source,
@@ -38,17 +38,17 @@ impl PlacedDetection {
     }
 
     /// The camera, if it has a name.
-    pub fn source(&self) -> Option<&str> {
+    pub(crate) fn source(&self) -> Option<&str> {
         self.source.as_deref()
     }
 
-    /// The tracker's id.
-    pub fn id(&self) -> Option<&str> {
+    /// The id that the camera's tracker gave the item, if there is one.
+    pub(crate) fn id(&self) -> Option<&str> {
         self.id.as_deref()
     }
 
     /// Distance from it to a place on the belt [m].
-    pub fn way(&self, place: f64, y: f64) -> f64 {
+    pub(crate) fn way(&self, place: f64, y: f64) -> f64 {
         (self.place - place).hypot(self.y - y)
     }
 }

@@ -7,8 +7,8 @@ use super::protocol::{Incoming, Rejected};
 
 /// The controller's clock, and the message that it does not accept yet.
 #[derive(Debug, Clone)]
-pub struct Stamps {
-    /// The clock.
+pub(crate) struct Stamps {
+    /// Maps timestamps to the controller's time.
     pub clock: Clock,
     /// With message time, a message whose timestamp the next one must confirm.
     held_back: Option<Incoming>,
@@ -18,7 +18,7 @@ pub struct Stamps {
 
 impl Stamps {
     /// Timestamps judged by this clock.
-    pub fn new(clock: Clock) -> Self {
+    pub(crate) fn new(clock: Clock) -> Self {
         Self {
             clock,
             held_back: None,
@@ -26,8 +26,8 @@ impl Stamps {
         }
     }
 
-    /// The time now [s].
-    pub fn now(&self) -> f64 {
+    /// The present controller time [s], 0 at the first message.
+    pub(crate) fn now(&self) -> f64 {
         self.clock.now
     }
 
@@ -35,20 +35,20 @@ impl Stamps {
     ///
     /// # Errors
     /// As for [`Clock::judge`].
-    pub fn judge(&mut self, message: &Incoming) -> Result<StampTrust, Rejected> {
+    pub(crate) fn judge(&mut self, message: &Incoming) -> Result<StampTrust, Rejected> {
         let is_tick = matches!(message, Incoming::Tick { .. });
         self.clock.judge(message.stamp(), is_tick)
     }
 
     /// Keeps a message until the next one comes.
-    pub fn hold_back(&mut self, message: Incoming) {
+    pub(crate) fn hold_back(&mut self, message: Incoming) {
         self.held_back = Some(message);
     }
 
     /// Takes the message that was held back. Returns it and whether the next timestamp, `next` [s],
     /// confirms it. Without a next one, only the very first message is confirmed, because nothing
     /// contradicts it.
-    pub fn take_held_back(&mut self, next: Option<f64>) -> Option<(Incoming, bool)> {
+    pub(crate) fn take_held_back(&mut self, next: Option<f64>) -> Option<(Incoming, bool)> {
         let held = self.held_back.take()?;
         let confirmed = match next {
             Some(next) => self.clock.confirms(held.stamp(), next),
@@ -58,12 +58,12 @@ impl Stamps {
     }
 
     /// Notes that a message that was held back is refused.
-    pub fn drop_held_back(&mut self, rejected: Rejected) {
+    pub(crate) fn drop_held_back(&mut self, rejected: Rejected) {
         self.dropped = Some(rejected);
     }
 
     /// Takes the refusal of a message that was held back, if there was one since the last call.
-    pub fn take_dropped(&mut self) -> Option<Rejected> {
+    pub(crate) fn take_dropped(&mut self) -> Option<Rejected> {
         self.dropped.take()
     }
 }

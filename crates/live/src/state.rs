@@ -22,7 +22,7 @@ use std::collections::BTreeMap;
 pub(super) struct Counters {
     pub next_task: u64,
     pub numbers: Numbers,
-    /// The counted events.
+    /// How many items were seen, picked and missed, and how often unusual events happened.
     #[serde(flatten)]
     pub tally: Tally,
 }

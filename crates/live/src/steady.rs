@@ -10,6 +10,7 @@ const STEP: f64 = 0.05;
 
 /// A reading of the steady clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct ClockReading {
     /// Time since 1970 [s], starting from the machine's clock at the first reading.
     pub stamp: f64,

@@ -12,7 +12,7 @@ type Counts = BTreeMap<Cow<'static, str>, u64>;
 
 /// The counts so far.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Tally {
+pub(crate) struct Tally {
     /// Items seen.
     seen: u64,
     /// Fates of the forgotten items.
@@ -24,29 +24,29 @@ pub struct Tally {
 
 impl Tally {
     /// Counts another item as seen.
-    pub fn see(&mut self) {
+    pub(crate) fn see(&mut self) {
         self.seen += 1;
     }
 
     /// Subtracts an item that turned out to be another one.
-    pub fn unsee(&mut self) {
+    pub(crate) fn unsee(&mut self) {
         self.seen = self.seen.saturating_sub(1);
     }
 
     /// Counts an event. Returns whether it is the first of its kind.
-    pub fn note(&mut self, what: &'static str) -> bool {
+    pub(crate) fn note(&mut self, what: &'static str) -> bool {
         let count = self.noted.entry(what.into()).or_default();
         *count += 1;
         *count == 1
     }
 
     /// Counts a refused message.
-    pub fn reject(&mut self, reason: Rejection) {
+    pub(crate) fn reject(&mut self, reason: Rejection) {
         *self.rejected.entry(reason.name().into()).or_default() += 1;
     }
 
     /// Counts an item with this fate that is forgotten.
-    pub fn forget(&mut self, fate: Fate) {
+    pub(crate) fn forget(&mut self, fate: Fate) {
         match fate {
             Fate::Picked => self.picked += 1,
             fate => {
@@ -58,7 +58,7 @@ impl Tally {
     }
 
     /// Corrects the counts: a forgotten item that was missed as `fate` was picked after all.
-    pub fn correct(&mut self, fate: Fate) {
+    pub(crate) fn correct(&mut self, fate: Fate) {
         if let Some(count) = fate.count(&mut self.missed) {
             *count = count.saturating_sub(1);
             self.picked += 1;
@@ -66,22 +66,22 @@ impl Tally {
     }
 
     /// Items seen so far.
-    pub fn seen(&self) -> u64 {
+    pub(crate) fn seen(&self) -> u64 {
         self.seen
     }
 
     /// The forgotten items: picked, and missed by reason.
-    pub fn forgotten(&self) -> (u64, MissedCounts) {
+    pub(crate) fn forgotten(&self) -> (u64, MissedCounts) {
         (self.picked, self.missed)
     }
 
     /// Messages that were refused, by reason.
-    pub fn rejected(&self) -> BTreeMap<String, u64> {
+    pub(crate) fn rejected(&self) -> BTreeMap<String, u64> {
         by_name(&self.rejected)
     }
 
     /// Other counted events, by kind.
-    pub fn noted(&self) -> BTreeMap<String, u64> {
+    pub(crate) fn noted(&self) -> BTreeMap<String, u64> {
         by_name(&self.noted)
     }
 }

@@ -17,7 +17,7 @@ const REMEMBERED: f64 = super::clock::OLDEST;
 
 /// A task that is over.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct ClosedTask {
+pub(crate) struct ClosedTask {
     /// Number of the item.
     pub item: u32,
     /// Index of the robot.
@@ -28,7 +28,7 @@ pub struct ClosedTask {
 
 /// A forgotten item whose tasks are still kept.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ForgottenItem {
+pub(crate) struct ForgottenItem {
     /// The fate that it was counted as.
     pub fate: Fate,
     tasks: Vec<u64>,
@@ -38,7 +38,7 @@ pub struct ForgottenItem {
 
 /// The tasks that are over, and their forgotten items.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct PastTasks {
+pub(crate) struct PastTasks {
     over: BTreeMap<u64, ClosedTask>,
     gone: BTreeMap<u32, ForgottenItem>,
 }
@@ -46,7 +46,7 @@ pub struct PastTasks {
 /// A change of the past tasks.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct PastChange {
+pub(crate) struct PastChange {
     /// Changed tasks by number; none for those that are forgotten.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     over: Vec<(u64, Option<ClosedTask>)>,
@@ -57,14 +57,14 @@ pub struct PastChange {
 
 impl PastChange {
     /// Whether nothing has changed.
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.over.is_empty() && self.gone.is_empty()
     }
 }
 
 impl PastTasks {
     /// Applies a change.
-    pub fn apply(&mut self, change: PastChange) {
+    pub(crate) fn apply(&mut self, change: PastChange) {
         for (task, over) in change.over {
             match over {
                 Some(over) => self.over.insert(task, over),
@@ -80,15 +80,15 @@ impl PastTasks {
     }
 
     /// The indices of the robots in it.
-    pub fn robots(&self) -> impl Iterator<Item = usize> + '_ {
+    pub(crate) fn robots(&self) -> impl Iterator<Item = usize> + '_ {
         self.over.values().map(|over| over.robot)
     }
 }
 
 /// All tasks that are kept.
 #[derive(Debug)]
-pub struct Tasks {
-    /// The open tasks.
+pub(crate) struct Tasks {
+    /// The tasks without a result, by number.
     open: BTreeMap<u64, Claim>,
     past: PastTasks,
     next: u64,
@@ -110,7 +110,7 @@ impl Default for Tasks {
 
 impl Tasks {
     /// Restores the tasks; `next` is the next number.
-    pub fn restore(open: BTreeMap<u64, Claim>, past: PastTasks, next: u64) -> Self {
+    pub(crate) fn restore(open: BTreeMap<u64, Claim>, past: PastTasks, next: u64) -> Self {
         Self {
             open,
             past,
@@ -120,63 +120,63 @@ impl Tasks {
     }
 
     /// Takes the number for a new task.
-    pub fn next_number(&mut self) -> u64 {
+    pub(crate) fn next_number(&mut self) -> u64 {
         self.next += 1;
         self.next - 1
     }
 
     /// The number that the next task will have.
-    pub fn next(&self) -> u64 {
+    pub(crate) fn next(&self) -> u64 {
         self.next
     }
 
     /// Inserts an open task, or replaces it.
-    pub fn put(&mut self, claim: Claim) {
+    pub(crate) fn put(&mut self, claim: Claim) {
         self.open.insert(claim.task, claim);
     }
 
     /// Removes an open task, to be put back or closed.
-    pub fn take(&mut self, task: u64) -> Option<Claim> {
+    pub(crate) fn take(&mut self, task: u64) -> Option<Claim> {
         self.open.remove(&task)
     }
 
     /// The open task with this number.
-    pub fn get(&self, task: u64) -> Option<&Claim> {
+    pub(crate) fn get(&self, task: u64) -> Option<&Claim> {
         self.open.get(&task)
     }
 
     /// The open task with this number, to be changed.
-    pub fn get_mut(&mut self, task: u64) -> Option<&mut Claim> {
+    pub(crate) fn get_mut(&mut self, task: u64) -> Option<&mut Claim> {
         self.open.get_mut(&task)
     }
 
     /// The open tasks by number.
-    pub fn iter(&self) -> impl Iterator<Item = &Claim> {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &Claim> {
         self.open.values()
     }
 
     /// The open tasks by number, to be changed.
-    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut Claim> {
+    pub(crate) fn iter_mut(&mut self) -> impl Iterator<Item = &mut Claim> {
         self.open.values_mut()
     }
 
     /// The open tasks as a table.
-    pub fn table(&self) -> &BTreeMap<u64, Claim> {
+    pub(crate) fn table(&self) -> &BTreeMap<u64, Claim> {
         &self.open
     }
 
     /// The numbers of the open tasks.
-    pub fn numbers(&self) -> Vec<u64> {
+    pub(crate) fn numbers(&self) -> Vec<u64> {
         self.open.keys().copied().collect()
     }
 
     /// The open tasks that reserve their item.
-    pub fn holding(&self) -> impl Iterator<Item = &Claim> {
+    pub(crate) fn holding(&self) -> impl Iterator<Item = &Claim> {
         self.open.values().filter(|claim| claim.stage.holds_item())
     }
 
     /// Closes a task that was taken out; `verdict` is the robot's result, if any.
-    pub fn close(&mut self, claim: &Claim, verdict: Option<Verdict>) {
+    pub(crate) fn close(&mut self, claim: &Claim, verdict: Option<Verdict>) {
         let over = ClosedTask {
             item: claim.item,
             robot: claim.robot,
@@ -187,12 +187,12 @@ impl Tasks {
     }
 
     /// The task with this number, if it is over.
-    pub fn over(&self, task: u64) -> Option<ClosedTask> {
+    pub(crate) fn over(&self, task: u64) -> Option<ClosedTask> {
         self.past.over.get(&task).copied()
     }
 
     /// Notes a result for a task that is over.
-    pub fn conclude(&mut self, task: u64, verdict: Verdict) {
+    pub(crate) fn conclude(&mut self, task: u64, verdict: Verdict) {
         if let Some(over) = self.past.over.get_mut(&task) {
             over.verdict = Some(verdict);
             self.note_change(Some(task), None);
@@ -200,7 +200,7 @@ impl Tasks {
     }
 
     /// Notes that a forgotten item was picked after all. Returns the fate that it was counted as.
-    pub fn picked_after_all(&mut self, item: u32) -> Option<Fate> {
+    pub(crate) fn picked_after_all(&mut self, item: u32) -> Option<Fate> {
         let gone = self.past.gone.get_mut(&item)?;
         let before = std::mem::replace(&mut gone.fate, Fate::Picked);
         self.note_change(None, Some(item));
@@ -208,7 +208,7 @@ impl Tasks {
     }
 
     /// Notes that an item is forgotten at `now` [s], with this fate.
-    pub fn lose_item(&mut self, item: u32, tracked: &Tracked, fate: Fate, now: f64) {
+    pub(crate) fn lose_item(&mut self, item: u32, tracked: &Tracked, fate: Fate, now: f64) {
         if tracked.tasks.is_empty() {
             return;
         }
@@ -222,7 +222,7 @@ impl Tasks {
     }
 
     /// Forgets past tasks whose results can no longer be accepted.
-    pub fn forget_past(&mut self, now: f64) {
+    pub(crate) fn forget_past(&mut self, now: f64) {
         // An item with an open task is kept until that task ends.
         let open = &self.open;
         let is_past = |gone: &ForgottenItem| {
@@ -250,14 +250,14 @@ impl Tasks {
 
     /// Time [s] and number of the next deadline of an open task. `unreachable` tells whether
     /// nothing can be sent to a robot.
-    pub fn next_deadline(&self, unreachable: impl Fn(usize) -> bool) -> Option<(f64, u64)> {
+    pub(crate) fn next_deadline(&self, unreachable: impl Fn(usize) -> bool) -> Option<(f64, u64)> {
         let due = self.open.values();
         due.filter_map(|claim| Some((claim.due(unreachable(claim.robot))?, claim.task)))
             .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
     }
 
     /// Tracks changes of the past tasks from now on, and returns all of them.
-    pub fn watch(&mut self) -> PastChange {
+    pub(crate) fn watch(&mut self) -> PastChange {
         let over = self.past.over.keys().copied().collect();
         let gone = self.past.gone.keys().copied().collect();
         self.changed = Some((over, gone));
@@ -265,7 +265,7 @@ impl Tasks {
     }
 
     /// Takes the changes of the past tasks since the last call.
-    pub fn take_changed(&mut self) -> PastChange {
+    pub(crate) fn take_changed(&mut self) -> PastChange {
         let changed = self.changed.as_mut().map(std::mem::take);
         let (over, gone) = changed.unwrap_or_default();
         let over = over.into_iter();

@@ -32,6 +32,7 @@ pub struct Trend {
 
 /// The trend for display.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[non_exhaustive]
 pub struct TrendView {
     /// Picks per minute over the last minute, or since the first note if that is later [1/min].
     pub picks_per_min: f64,

@@ -6,7 +6,8 @@ use super::trend::TrendView;
 use serde::Serialize;
 
 /// The line at one moment; positions in m, times in s.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[non_exhaustive]
 pub struct LineView {
     /// The figures, as in the status message of this moment.
     pub status: Status,
@@ -32,7 +33,8 @@ pub struct LineView {
 }
 
 /// An item in a view.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[non_exhaustive]
 pub struct ItemView {
     /// Its id. It comes from outside, as does the class.
     pub id: String,
@@ -57,6 +59,7 @@ pub struct ItemView {
 
 /// An open task in a view.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct ClaimView {
     /// Id of the task.
     pub task: u64,

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, HashMap};
 
 /// A number as a sort key; equal numbers are ordered by the second part, their order of insertion.
 #[derive(Debug, Clone, Copy)]
-pub struct TimeKey(pub f64, pub u32);
+pub(crate) struct TimeKey(pub f64, pub u32);
 
 impl Ord for TimeKey {
     fn cmp(&self, other: &Self) -> Ordering {
@@ -31,7 +31,7 @@ impl Eq for TimeKey {}
 /// The windows of a robot. Each is considered from its opening until it closes or the item is
 /// taken, as in a simulation.
 #[derive(Debug, Clone, Default)]
-pub struct Windows {
+pub(crate) struct Windows {
     /// Windows that have not opened yet, by opening time.
     later: BTreeMap<TimeKey, Candidate>,
     /// Windows that have opened.
@@ -42,14 +42,14 @@ pub struct Windows {
 
 impl Windows {
     /// Removes all windows.
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.later.clear();
         self.open.clear();
         self.opens.clear();
     }
 
     /// Adds the window of a free item, once.
-    pub fn add(&mut self, candidate: Candidate) {
+    pub(crate) fn add(&mut self, candidate: Candidate) {
         self.remove(candidate.item);
         self.opens.insert(candidate.item, candidate.open);
         self.later
@@ -57,7 +57,7 @@ impl Windows {
     }
 
     /// Removes the window of `item`, if there is one.
-    pub fn remove(&mut self, item: u32) {
+    pub(crate) fn remove(&mut self, item: u32) {
         if let Some(open) = self.opens.remove(&item)
             && self.later.remove(&TimeKey(open, item)).is_none()
         {
@@ -67,7 +67,7 @@ impl Windows {
 
     /// When a robot that is free from `from` [s] on decides next, at the time `now` [s]; none if it
     /// has no window.
-    pub fn next_decision(&mut self, now: f64, from: f64) -> Option<f64> {
+    pub(crate) fn next_decision(&mut self, now: f64, from: f64) -> Option<f64> {
         self.open_until(from);
         let opens = &mut self.opens;
         // Remove only closed windows, because the robot may be free sooner than expected.
@@ -89,7 +89,7 @@ impl Windows {
     }
 
     /// When the first window opens after `time` [s].
-    pub fn next_opening_after(&self, time: f64) -> Option<f64> {
+    pub(crate) fn next_opening_after(&self, time: f64) -> Option<f64> {
         let after = TimeKey(time, u32::MAX);
         let range = (std::ops::Bound::Excluded(after), std::ops::Bound::Unbounded);
         let later = self.later.range(range).next().map(|(key, _)| key.0);
@@ -98,7 +98,7 @@ impl Windows {
     }
 
     /// The windows open at `time` [s], downstream first.
-    pub fn candidates(&mut self, time: f64, into: &mut Vec<Candidate>) {
+    pub(crate) fn candidates(&mut self, time: f64, into: &mut Vec<Candidate>) {
         self.open_until(time);
         into.clear();
         let open = self.open.iter();

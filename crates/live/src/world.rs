@@ -8,7 +8,7 @@
 
 use super::belt::{BeltChange, BeltMotion};
 use super::fate::Fate;
-use super::items::{IdNews, ItemState, Items, Tracked};
+use super::items::{IdNews, ItemState, Items, Redetection, Tracked};
 use super::protocol::BeltState;
 use super::robots::Fleet;
 use super::sight::PlacedDetection;
@@ -28,20 +28,9 @@ const MOST_OVERLOOKED: i32 = 3;
 /// Lower limit of the surplus, so that an item that was often seen can still be merged eventually.
 const LEAST_OVERLOOKED: i32 = -30;
 
-/// What has changed about an item that was seen again.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Redetection {
-    /// Whether the detection is older than what is known.
-    pub is_late: bool,
-    /// How far it has moved on the belt [m].
-    pub moved: f64,
-    /// What is new about its id.
-    pub news: IdNews,
-}
-
 /// The belt, its items, and the windows that follow from both. Times are in controller time [s].
 #[derive(Debug)]
-pub struct World {
+pub(crate) struct World {
     /// The station as given in its file.
     nominal: Station,
     /// The station with the planned belt speed; none while no robot can work, because the belt runs
@@ -57,7 +46,7 @@ pub struct World {
 
 impl World {
     /// An empty belt with the speed in the station's file.
-    pub fn new(station: Station) -> Self {
+    pub(crate) fn new(station: Station) -> Self {
         let motion = BeltMotion::new(station.belt().speed);
         Self {
             planning: Some(station.clone()),
@@ -71,7 +60,7 @@ impl World {
 
     /// Restores the belt and its items. If the belt was ever heard, it must be heard again before
     /// anything is done.
-    pub fn restore(station: Station, motion: Option<BeltMotion>, items: Items) -> Self {
+    pub(crate) fn restore(station: Station, motion: Option<BeltMotion>, items: Items) -> Self {
         let mut world = Self::new(station);
         world.motion = motion.unwrap_or(world.motion);
         world.items = items;
@@ -81,56 +70,56 @@ impl World {
     }
 
     /// The station as given in its file.
-    pub fn station(&self) -> &Station {
+    pub(crate) fn station(&self) -> &Station {
         &self.nominal
     }
 
     /// The station with the planned belt speed; none while no robot can work.
-    pub fn planning(&self) -> Option<&Station> {
+    pub(crate) fn planning(&self) -> Option<&Station> {
         self.planning.as_ref()
     }
 
     /// The belt's motion.
-    pub fn motion(&self) -> &BeltMotion {
+    pub(crate) fn motion(&self) -> &BeltMotion {
         &self.motion
     }
 
     /// All known items.
-    pub fn items(&self) -> &Items {
+    pub(crate) fn items(&self) -> &Items {
         &self.items
     }
 
     /// Whether the line waits until the belt is heard.
-    pub fn awaits_belt(&self) -> bool {
+    pub(crate) fn awaits_belt(&self) -> bool {
         self.awaits_belt
     }
 
     /// An item's x [m] and y [m] at time 0 if the belt had always moved as planned.
-    pub fn planned_place(&self, item: u32) -> Option<(f64, f64)> {
+    pub(crate) fn planned_place(&self, item: u32) -> Option<(f64, f64)> {
         let tracked = self.items.get(item)?;
         Some((tracked.place + self.motion.planned_offset(), tracked.y))
     }
 
     /// Handles a belt message at `time` [s]. Also returns whether the line was waiting for it.
-    pub fn hear_belt(&mut self, time: f64, belt: &BeltState) -> (BeltChange, bool) {
+    pub(crate) fn hear_belt(&mut self, time: f64, belt: &BeltState) -> (BeltChange, bool) {
         let change = self.motion.hear(time, belt);
         let awaited = change != BeltChange::Late && std::mem::take(&mut self.awaits_belt);
         (change, awaited)
     }
 
     /// Takes the warnings about the belt since the last call.
-    pub fn take_remarks(&mut self) -> Vec<String> {
+    pub(crate) fn take_remarks(&mut self) -> Vec<String> {
         self.motion.take_remarks()
     }
 
     /// Whether the belt at `now` [s] is known not to be at its planned position.
-    pub fn is_off(&self, now: f64) -> bool {
+    pub(crate) fn is_off(&self, now: f64) -> bool {
         !self.awaits_belt && self.motion.is_off(now)
     }
 
     /// Renews the plan from `now` [s] on with the newest measurement of the belt. The windows stay
     /// those of the old plan until [`World::rebuild_windows`].
-    pub fn plan_again(&mut self, now: f64) {
+    pub(crate) fn plan_again(&mut self, now: f64) {
         self.motion.plan_again(now);
         self.plan_station();
     }
@@ -143,7 +132,7 @@ impl World {
 
     /// Computes all windows again and wakes all waiting robots, because their waits were based on
     /// the old plan.
-    pub fn rebuild_windows(&mut self, now: f64, fleet: &mut Fleet) {
+    pub(crate) fn rebuild_windows(&mut self, now: f64, fleet: &mut Fleet) {
         self.windows.iter_mut().for_each(Windows::clear);
         let items: Vec<u32> = self.items.iter().map(|(item, _)| item).collect();
         for item in items {
@@ -200,18 +189,18 @@ impl World {
     }
 
     /// When `robot`, which is free from `from` [s] on, decides next; none if it has no window.
-    pub fn next_decision(&mut self, robot: usize, now: f64, from: f64) -> Option<f64> {
+    pub(crate) fn next_decision(&mut self, robot: usize, now: f64, from: f64) -> Option<f64> {
         self.windows[robot].next_decision(now, from)
     }
 
     /// When the first window of `robot` opens after `time` [s].
-    pub fn next_opening_after(&self, robot: usize, time: f64) -> Option<f64> {
+    pub(crate) fn next_opening_after(&self, robot: usize, time: f64) -> Option<f64> {
         self.windows[robot].next_opening_after(time)
     }
 
     /// Fills in the candidates of `robot` at `time` [s], downstream first, and notes that they were
     /// offered.
-    pub fn offer(&mut self, robot: usize, time: f64, into: &mut Vec<Candidate>) {
+    pub(crate) fn offer(&mut self, robot: usize, time: f64, into: &mut Vec<Candidate>) {
         self.windows[robot].candidates(time, into);
         for candidate in into {
             // A mutable access would count as a change.
@@ -223,7 +212,7 @@ impl World {
     }
 
     /// The free items from `from` [m] to the belt's end at `now` [s], downstream first.
-    pub fn in_view(&self, from: f64, now: f64, into: &mut Vec<BeltItem>) {
+    pub(crate) fn in_view(&self, from: f64, now: f64, into: &mut Vec<BeltItem>) {
         into.clear();
         let Some(station) = &self.planning else {
             return;
@@ -249,7 +238,7 @@ impl World {
     }
 
     /// Adds an item that is seen for the first time.
-    pub fn add(
+    pub(crate) fn add(
         &mut self,
         sight: &PlacedDetection,
         barred: bool,
@@ -265,7 +254,7 @@ impl World {
     }
 
     /// Handles a detection of a known item. A detection older than what is known does not move it.
-    pub fn see_again(
+    pub(crate) fn see_again(
         &mut self,
         item: u32,
         sight: &PlacedDetection,
@@ -298,7 +287,13 @@ impl World {
 
     /// A picture shows an item twice: features of the second detection count if the first lacks
     /// them.
-    pub fn see_double(&mut self, item: u32, sight: &PlacedDetection, now: f64, fleet: &mut Fleet) {
+    pub(crate) fn see_double(
+        &mut self,
+        item: u32,
+        sight: &PlacedDetection,
+        now: f64,
+        fleet: &mut Fleet,
+    ) {
         let (_, weighs) = self.hear_more(item, sight, false);
         if weighs {
             self.open_windows(item, now, fleet);
@@ -319,7 +314,7 @@ impl World {
     }
 
     /// Notes that a picture has shown an item beside others.
-    pub fn confirm(&mut self, item: u32) {
+    pub(crate) fn confirm(&mut self, item: u32) {
         let before = self
             .items
             .get(item)
@@ -334,7 +329,7 @@ impl World {
     /// Notes that a picture of `source` has shown `other` and not `item`, although they are so near
     /// that they may be one. After enough such pictures the two are merged, which is returned. The
     /// younger one is forgotten, but an item to which a robot was ever sent stays.
-    pub fn overlook(
+    pub(crate) fn overlook(
         &mut self,
         item: u32,
         other: u32,
@@ -369,7 +364,7 @@ impl World {
 
     /// Items that were let pass may be taken again. Their windows are added by
     /// [`World::rebuild_windows`].
-    pub fn admit_all(&mut self) {
+    pub(crate) fn admit_all(&mut self) {
         let barred = self.items.iter().filter(|(_, tracked)| tracked.barred);
         let barred: Vec<u32> = barred.map(|(item, _)| item).collect();
         for item in barred {
@@ -380,7 +375,7 @@ impl World {
     }
 
     /// Reserves an item for `task`.
-    pub fn claim(&mut self, item: u32, task: u64) {
+    pub(crate) fn claim(&mut self, item: u32, task: u64) {
         if let Some(tracked) = self.items.get_mut(item) {
             tracked.state = ItemState::Claimed(task);
             tracked.tasks.push(task);
@@ -389,7 +384,7 @@ impl World {
     }
 
     /// Marks an item as picked at `time` [s], so that it is no longer offered.
-    pub fn pick(&mut self, item: u32, time: f64) {
+    pub(crate) fn pick(&mut self, item: u32, time: f64) {
         if let Some(tracked) = self.items.get_mut(item) {
             tracked.state = ItemState::Picked(time);
         }
@@ -397,14 +392,14 @@ impl World {
     }
 
     /// Writes off the item of `task`, whose fate is unknown.
-    pub fn write_off(&mut self, item: u32, task: u64) {
+    pub(crate) fn write_off(&mut self, item: u32, task: u64) {
         if let Some(tracked) = self.claimed_by(item, task) {
             tracked.state = ItemState::NoResult;
         }
     }
 
     /// Notes that `robot` refuses this item.
-    pub fn refuse(&mut self, item: u32, robot: usize) {
+    pub(crate) fn refuse(&mut self, item: u32, robot: usize) {
         if let Some(tracked) = self.items.get_mut(item) {
             tracked.refused |= 1 << robot;
         }
@@ -413,14 +408,14 @@ impl World {
 
     /// Notes that `robot` has dropped the item at `now` [s], so that it is not offered to this
     /// robot for a while.
-    pub fn withhold(&mut self, item: u32, robot: usize, now: f64) {
+    pub(crate) fn withhold(&mut self, item: u32, robot: usize, now: f64) {
         if let Some(tracked) = self.items.get_mut(item) {
             tracked.withhold(robot, now);
         }
     }
 
     /// Counts a failed attempt at an item; `grasp` is whether it failed in the grasp itself.
-    pub fn count_attempt(&mut self, item: u32, grasp: bool) {
+    pub(crate) fn count_attempt(&mut self, item: u32, grasp: bool) {
         if let Some(tracked) = self.items.get_mut(item) {
             tracked.attempts += 1;
             tracked.failed_grasps += u32::from(grasp);
@@ -429,7 +424,14 @@ impl World {
 
     /// Releases the item of `task`: it is free again, or given up after `most` attempts. An item
     /// that was picked meanwhile, or is reserved for another task, stays so.
-    pub fn give_back(&mut self, item: u32, task: u64, most: u32, now: f64, fleet: &mut Fleet) {
+    pub(crate) fn give_back(
+        &mut self,
+        item: u32,
+        task: u64,
+        most: u32,
+        now: f64,
+        fleet: &mut Fleet,
+    ) {
         if let Some(tracked) = self.claimed_by(item, task) {
             let again = tracked.attempts < most;
             tracked.state = if again {
@@ -453,13 +455,13 @@ impl World {
     }
 
     /// The fate of an item at `x` [m].
-    pub fn fate(&self, tracked: &Tracked, x: f64) -> Fate {
+    pub(crate) fn fate(&self, tracked: &Tracked, x: f64) -> Fate {
         Fate::of(tracked, x > self.nominal.belt().length)
     }
 
     /// Forgets the items that have left the belt at `now` [s], so that memory does not grow.
     /// Returns them with their fates.
-    pub fn forget_gone(&mut self, now: f64) -> Vec<(u32, Tracked, Fate)> {
+    pub(crate) fn forget_gone(&mut self, now: f64) -> Vec<(u32, Tracked, Fate)> {
         if self.awaits_belt {
             return Vec::new();
         }
@@ -479,12 +481,12 @@ impl World {
     }
 
     /// Tracks changes of the items from now on.
-    pub fn watch(&mut self) {
+    pub(crate) fn watch(&mut self) {
         self.items.watch();
     }
 
     /// Takes the items changed since the last call; none for those that are forgotten.
-    pub fn take_changed(&mut self) -> Vec<(u32, Option<Tracked>)> {
+    pub(crate) fn take_changed(&mut self) -> Vec<(u32, Option<Tracked>)> {
         self.items.take_changed()
     }
 }

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 /// The smallest distance between two arms in a run.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct ClearanceReport {
     /// Distance between the arms, each the segment from base to tool point [m]; 0 if they
     /// cross.

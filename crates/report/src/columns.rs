@@ -13,15 +13,15 @@ struct TableColumn<'c, R, C> {
 }
 
 impl<'c, R, C> TableColumns<'c, R, C> {
-    /// No columns.
-    pub fn new() -> Self {
+    /// A table without columns yet.
+    pub(crate) fn new() -> Self {
         Self {
             columns: Vec::new(),
         }
     }
 
     /// The same with one more column. If its header begins with `<`, it is left-aligned.
-    pub fn with(mut self, header: impl Into<String>, cell: impl Fn(&R) -> C + 'c) -> Self {
+    pub(crate) fn with(mut self, header: impl Into<String>, cell: impl Fn(&R) -> C + 'c) -> Self {
         self.columns.push(TableColumn {
             header: header.into(),
             cell: Box::new(cell),
@@ -30,7 +30,7 @@ impl<'c, R, C> TableColumns<'c, R, C> {
     }
 
     /// The same with one more column if `wanted`.
-    pub fn with_if(
+    pub(crate) fn with_if(
         self,
         wanted: bool,
         header: impl Into<String>,
@@ -42,14 +42,14 @@ impl<'c, R, C> TableColumns<'c, R, C> {
         }
     }
 
-    /// The headers.
-    pub fn headers(&self) -> Vec<String> {
+    /// The header of each column, from left to right.
+    pub(crate) fn headers(&self) -> Vec<String> {
         let columns = self.columns.iter();
         columns.map(|column| column.header.clone()).collect()
     }
 
     /// The cells of a row.
-    pub fn cells(&self, row: &R) -> Vec<C> {
+    pub(crate) fn cells(&self, row: &R) -> Vec<C> {
         self.columns
             .iter()
             .map(|column| (column.cell)(row))
@@ -59,7 +59,7 @@ impl<'c, R, C> TableColumns<'c, R, C> {
 
 impl<R> TableColumns<'_, R, String> {
     /// The table of `rows` for the terminal.
-    pub fn table(&self, rows: impl IntoIterator<Item = R>) -> String {
+    pub(crate) fn table(&self, rows: impl IntoIterator<Item = R>) -> String {
         let headers = self.headers();
         let mut table = Table::new(&headers.iter().map(String::as_str).collect::<Vec<_>>());
         for row in rows {

@@ -39,13 +39,13 @@ pub(crate) struct CsvRows {
 impl CsvRows {
     /// A file of `rows`, which are structs or tuples of structs. It has its header even without
     /// any row.
-    pub fn of<R: Serialize + Default>(rows: impl IntoIterator<Item = R>) -> Self {
+    pub(crate) fn of<R: Serialize + Default>(rows: impl IntoIterator<Item = R>) -> Self {
         Self::like(&R::default(), rows)
     }
 
     /// The same for rows whose number of columns is not part of their type; `template` has as
     /// many as each of `rows`.
-    pub fn like<R: Serialize>(template: &R, rows: impl IntoIterator<Item = R>) -> Self {
+    pub(crate) fn like<R: Serialize>(template: &R, rows: impl IntoIterator<Item = R>) -> Self {
         let mut writer = csv::Writer::from_writer(Vec::new());
         // Writing to memory cannot fail, and neither can these structs.
         let _ = writer.serialize(template);
@@ -65,7 +65,7 @@ impl CsvRows {
     }
 
     /// The same with other names of columns.
-    pub fn renamed(mut self, mut name: impl FnMut(&str) -> String) -> Self {
+    pub(crate) fn renamed(mut self, mut name: impl FnMut(&str) -> String) -> Self {
         if let Some(header) = self.records.first_mut() {
             *header = header.iter().map(&mut name).collect();
         }
@@ -73,7 +73,7 @@ impl CsvRows {
     }
 
     /// The same without the columns that `omitted` names.
-    pub fn without(self, omitted: &[&str]) -> Self {
+    pub(crate) fn without(self, omitted: &[&str]) -> Self {
         let header = self.records.first();
         let kept = header.map_or(Vec::new(), |header| {
             header.iter().map(|name| !omitted.contains(&name)).collect()
@@ -82,7 +82,7 @@ impl CsvRows {
     }
 
     /// The same without columns that are empty in every row, if there are rows.
-    pub fn without_empty(self) -> Self {
+    pub(crate) fn without_empty(self) -> Self {
         let Some((header, rows)) = self.records.split_first() else {
             return self;
         };
@@ -106,12 +106,12 @@ impl CsvRows {
     }
 
     /// The text, after comment lines about where the result comes from.
-    pub fn text(self, made: &Provenance) -> String {
+    pub(crate) fn text(self, made: &Provenance) -> String {
         made.csv_comment() + &self.plain_text()
     }
 
     /// The text without comments.
-    pub fn plain_text(self) -> String {
+    pub(crate) fn plain_text(self) -> String {
         csv_text(self.records.iter())
     }
 }

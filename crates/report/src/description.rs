@@ -11,6 +11,7 @@ use serde::Serialize;
 
 /// The figures of a pattern, and of its flow if the belt's speed is known.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct DescriptionReport {
     /// Figures that do not depend on the belt.
     #[serde(flatten)]

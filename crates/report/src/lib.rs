@@ -2,6 +2,7 @@
 
 // Units are in brackets, [m] or [s], which rustdoc would treat as links.
 #![allow(rustdoc::broken_intra_doc_links)]
+#![warn(unreachable_pub)]
 
 mod bound;
 mod charts;
@@ -13,6 +14,7 @@ mod description;
 pub mod drawing;
 mod ends;
 mod game;
+mod game_theory;
 mod optimum;
 mod origin;
 mod page;

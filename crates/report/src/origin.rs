@@ -23,7 +23,7 @@ pub fn with_origin(svg: &str, command: &str) -> String {
 }
 
 /// The HTML `page` with the `command` that wrote it at the top.
-pub fn with_page_origin(page: &str, command: &str) -> String {
+pub(crate) fn with_page_origin(page: &str, command: &str) -> String {
     // After the document type, which must come first.
     match page.split_once('\n') {
         Some((first, rest)) => {

@@ -2,8 +2,9 @@
 
 use pickline::error::spell_settings;
 
-/// How a report is shown.
+/// How a report is shown on the terminal.
 #[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
 pub struct Presentation {
     /// Most lines of a ranking, of equilibria or of cycles; what is left out is counted.
     pub top: usize,
@@ -15,14 +16,25 @@ pub struct Presentation {
 impl Default for Presentation {
     /// The whole report, with settings by the names that they have in the library.
     fn default() -> Self {
-        Self {
-            top: usize::MAX,
-            spelling: str::to_owned,
-        }
+        Self::whole(str::to_owned)
     }
 }
 
 impl Presentation {
+    /// The whole report, with settings as `spelling` names them.
+    pub const fn whole(spelling: fn(&str) -> String) -> Self {
+        Self {
+            top: usize::MAX,
+            spelling,
+        }
+    }
+
+    /// With at most this number of lines of a ranking, of equilibria or of cycles.
+    #[must_use]
+    pub const fn with_top(self, top: usize) -> Self {
+        Self { top, ..self }
+    }
+
     /// `text` with the settings as the reader calls them.
     pub(crate) fn spelled(&self, text: &str) -> String {
         spell_settings(text, self.spelling)

@@ -9,8 +9,9 @@ use serde::Serialize;
 
 /// Where a result comes from. No date, no machine, no thread count.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Provenance {
-    /// Program and version.
+    /// Name and version of the program, for example `pickline 0.1.0`.
     pub program: String,
     /// The command line, without options that cannot change the result (threads, quietness,
     /// output path and format).
@@ -24,7 +25,7 @@ pub struct Provenance {
     /// What the camera saw and what went wrong, if not the plain model.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub conditions: Vec<String>,
-    /// Master seed.
+    /// Master seed of everything random in the result.
     pub seed: u64,
     /// How far the run got if the user stopped it.
     #[serde(skip_serializing_if = "Option::is_none")]

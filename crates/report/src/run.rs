@@ -17,15 +17,16 @@ use std::collections::BTreeMap;
 
 /// A run as printed and written; the JSON field names are the product's format.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct RunReport {
     /// The strategy as written on the command line.
     pub strategy: String,
     /// Picks per minute in the steady state.
     #[serde(flatten)]
     pub throughput: ThroughputReport,
-    /// Items in the pattern.
+    /// Number of items in the pattern.
     pub items: usize,
-    /// Items picked.
+    /// Number of items picked.
     pub picked: usize,
     /// Share of the items picked.
     pub picked_share: f64,
@@ -61,16 +62,17 @@ pub struct RunReport {
     pub weighs: bool,
 }
 
-/// What one robot did.
+/// What one robot did in the run.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct RobotRunReport {
-    /// Its name.
+    /// Name of the robot.
     pub name: String,
-    /// Number of picks.
+    /// Number of items that it picked.
     pub picked: usize,
     /// Sum of the rewards of the items it picked.
     pub weight: f64,
-    /// Number of failed attempts.
+    /// Number of attempts that took time but picked nothing.
     pub failed: usize,
     /// Sum of its processing times, including those of failed attempts [s].
     pub busy_s: f64,
@@ -81,8 +83,9 @@ pub struct RobotRunReport {
     pub utilisation_steady: Option<f64>,
 }
 
-/// One pick.
+/// One pick, with its times [s].
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct PickReport {
     /// Index of the robot, upstream first.
     pub robot: usize,
@@ -94,26 +97,28 @@ pub struct PickReport {
     pub grasp_s: f64,
     /// When the robot was free again [s].
     pub release_s: f64,
-    /// Meeting point [m].
+    /// Where the robot meets the item: x and y [m].
     pub meet: [f64; 2],
 }
 
-/// One failed attempt.
+/// One attempt that picked nothing.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct FailureReport {
     /// The attempt; `release_s` is when the robot was free again.
     #[serde(flatten)]
     pub attempt: PickReport,
-    /// Why it failed.
+    /// Why the attempt failed, in snake case.
     pub cause: &'static str,
 }
 
 /// One item that was not picked.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct MissReport {
     /// Id of the item.
     pub item: String,
-    /// Why it was not picked.
+    /// Why no robot picked the item, in snake case.
     pub reason: &'static str,
 }
 
@@ -132,6 +137,16 @@ impl RobotRunReport {
     }
 }
 
+/// The number of missed items for each reason.
+fn missed_by_reason(outcome: &Outcome) -> BTreeMap<&'static str, usize> {
+    let all = MissReason::ALL.iter();
+    let mut counts: BTreeMap<_, _> = all.map(|reason| (reason.name(), 0)).collect();
+    for miss in &outcome.missed {
+        *counts.entry(miss.reason.name()).or_default() += 1;
+    }
+    counts
+}
+
 impl RunReport {
     /// The report of `outcome`, a run on `scene`.
     pub fn new(strategy: String, scene: &Scene, outcome: &Outcome, made: Provenance) -> Self {
@@ -139,13 +154,6 @@ impl RunReport {
         let steady = Throughput::of([&steady_state(scene, outcome)]);
         let figures = &outcome.figures;
         let id = |item: u32| pattern.items()[item as usize].id.clone();
-        let mut missed_by_reason: BTreeMap<_, _> = MissReason::ALL
-            .iter()
-            .map(|reason| (reason.name(), 0))
-            .collect();
-        for miss in &outcome.missed {
-            *missed_by_reason.entry(miss.reason.name()).or_default() += 1;
-        }
         let robots = station.robots().iter().zip(&outcome.robots);
         let pick = |pick: &Pick| PickReport {
             robot: pick.robot,
@@ -188,7 +196,7 @@ impl RunReport {
                     reason: miss.reason.name(),
                 })
                 .collect(),
-            missed_by_reason,
+            missed_by_reason: missed_by_reason(outcome),
             checked: None,
             bound: None,
             clearance: None,
@@ -299,7 +307,7 @@ struct AttemptRow<'r> {
     release_s: Displayed<f64>,
     meet_x_m: Displayed<f64>,
     meet_y_m: Displayed<f64>,
-    /// Empty for a pick.
+    /// Why the attempt failed; empty for a pick.
     failure: &'static str,
 }
 

@@ -55,14 +55,14 @@ pub fn fixed(value: f64, digits: usize) -> String {
 }
 
 /// An interval with `digits` decimals; a dash for `None`.
-pub fn interval(interval: Option<Interval>, digits: usize) -> String {
+pub(crate) fn interval(interval: Option<Interval>, digits: usize) -> String {
     interval.map_or("-".to_owned(), |Interval { low, high }| {
         format!("{} to {}", fixed(low, digits), fixed(high, digits))
     })
 }
 
 /// The name of a column of a CSV file: the figure in snake case, followed by its unit.
-pub fn column(figure: &str, unit: &str) -> String {
+pub(crate) fn column(figure: &str, unit: &str) -> String {
     let suffix = match unit {
         "1/min" => "_per_min",
         "m/s" => "_m_per_s",

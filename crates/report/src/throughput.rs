@@ -8,6 +8,7 @@ use serde::Serialize;
 
 /// Picks per minute in the steady state; the JSON field names are the product's format.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct ThroughputReport {
     /// Mean picks per minute in the steady state; `None` without a steady state.
     pub throughput_per_min: Option<f64>,

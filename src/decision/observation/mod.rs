@@ -12,7 +12,7 @@ mod full;
 mod paper;
 mod slots;
 
-pub use slots::SlotChoice;
+use slots::SlotChoice;
 
 use super::snapshot::Snapshot;
 use super::strategy::Action;
@@ -29,7 +29,7 @@ pub const VERSION: u32 = 1;
 /// progress.
 const WAIT: f64 = 0.25;
 
-/// A set of features.
+/// Which features an observation has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr, strum::VariantArray)]
 #[strum(serialize_all = "snake_case")]
 pub enum View {
@@ -75,7 +75,7 @@ impl FromStr for View {
 /// The shape of observations and actions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
-    /// The set of features.
+    /// Which features an observation has.
     pub view: View,
     /// Number of slots, K.
     pub slots: usize,
@@ -92,7 +92,7 @@ impl Layout {
     };
 
     /// Maximum number of slots.
-    pub const MOST_SLOTS: usize = 256;
+    pub(crate) const MOST_SLOTS: usize = 256;
 
     /// Number of global features.
     pub fn globals(&self) -> usize {

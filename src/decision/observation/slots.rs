@@ -7,7 +7,7 @@ use crate::decision::snapshot::Snapshot;
 /// are worth picking; the latter would otherwise be lost. Slots keep the order of the candidates,
 /// downstream first. If there are enough slots, every candidate gets one.
 #[derive(Debug, Clone)]
-pub struct SlotChoice {
+pub(crate) struct SlotChoice {
     slots: usize,
     chosen: Vec<usize>,
     keyed: Vec<(f64, usize)>,
@@ -15,7 +15,7 @@ pub struct SlotChoice {
 
 impl SlotChoice {
     /// Creates a choice for this number of slots.
-    pub fn new(slots: usize) -> Self {
+    pub(super) fn new(slots: usize) -> Self {
         Self {
             slots,
             chosen: Vec::with_capacity(slots),
@@ -24,7 +24,7 @@ impl SlotChoice {
     }
 
     /// Chooses the candidates of `snapshot`.
-    pub fn choose(&mut self, snapshot: &Snapshot) {
+    pub(super) fn choose(&mut self, snapshot: &Snapshot) {
         let candidates = snapshot.candidates;
         self.chosen.clear();
         if candidates.len() <= self.slots {
@@ -53,7 +53,7 @@ impl SlotChoice {
     }
 
     /// The candidate of each occupied slot.
-    pub fn chosen(&self) -> &[usize] {
+    pub(super) fn chosen(&self) -> &[usize] {
         &self.chosen
     }
 }

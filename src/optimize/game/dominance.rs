@@ -5,10 +5,11 @@ use std::cmp::Ordering;
 
 /// An action is dominated by another pure action of the same player.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Dominance {
-    /// The player.
+    /// Number of the player, from 0.
     pub player: usize,
-    /// Its dominated action.
+    /// Number of its dominated action, from 0.
     pub action: usize,
     /// The first action that dominates it; strictly dominating actions come first.
     pub by: usize,
@@ -19,13 +20,13 @@ pub struct Dominance {
 /// How one action compares with another over everything that the others may do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Relation {
-    /// Always better.
+    /// Better against every choice of the others.
     Above,
     /// Never worse, sometimes better.
     AtLeast,
-    /// Always the same.
+    /// Equally good against every choice of the others.
     Equal,
-    /// None of these.
+    /// Worse against some choice of the others.
     Other,
 }
 

@@ -10,8 +10,9 @@ use super::payoff::Payoff;
 
 /// A profile from which no player gains by changing its action alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Equilibrium {
-    /// The profile's number.
+    /// Number of the profile, as [`Game::action`](super::Game::action) takes it.
     pub profile: usize,
     /// The smallest loss of any player by any change of its own action [1/min]; `None` if no
     /// player has a second action.
@@ -31,17 +32,18 @@ impl Equilibrium {
 
 /// The profiles with the highest welfare.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct WelfareOptimum {
-    /// That welfare [1/min].
+    /// The highest welfare of any profile [1/min].
     pub welfare: Payoff,
-    /// The profiles, in order.
+    /// Numbers of the profiles that have it, in ascending order.
     pub profiles: Vec<usize>,
 }
 
 /// Welfare of the social optimum divided by that of an equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Price {
-    /// The ratio, at least 1.
+    /// How many times the welfare of the equilibrium the optimum has, at least 1.
     Ratio(f64),
     /// The equilibrium's welfare is 0 but the optimum's is not.
     Unbounded,

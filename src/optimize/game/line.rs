@@ -19,7 +19,7 @@ pub const MOST_ROBOTS: usize = 4;
 /// threads busy, few enough to limit memory.
 const BATCH: usize = 256;
 
-/// A robot's payoff.
+/// What a robot gains from an assignment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 pub enum PayoffKind {
@@ -30,7 +30,7 @@ pub enum PayoffKind {
 }
 
 impl PayoffKind {
-    /// The name on the command line.
+    /// The name in files: `own` or `total`.
     pub fn name(self) -> &'static str {
         self.into()
     }
@@ -38,6 +38,7 @@ impl PayoffKind {
 
 /// A station's game, with the data needed for confidence intervals of differences.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct LineGame {
     /// The game: payoffs are means over the patterns; welfare is the sum of the robots' own
     /// rates.

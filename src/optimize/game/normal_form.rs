@@ -75,12 +75,12 @@ impl Game {
         Self::new(players, payoffs, welfare)
     }
 
-    /// The players.
+    /// The players, in the order of their numbers.
     pub fn players(&self) -> &[Player] {
         &self.players
     }
 
-    /// Number of profiles.
+    /// Number of profiles: one action of each player.
     pub fn profiles(&self) -> usize {
         self.welfare.len()
     }
@@ -96,7 +96,8 @@ impl Game {
         self.payoffs[profile * self.players.len() + player]
     }
 
-    /// The welfare of `profile`.
+    /// What `profile` is worth to all players together: the sum of their payoffs, unless the game
+    /// was made with another welfare.
     pub fn welfare(&self, profile: usize) -> Payoff {
         self.welfare[profile]
     }
@@ -125,7 +126,7 @@ impl Game {
     }
 
     /// The highest payoff that `player` can get against the others' actions in `profile`.
-    pub fn best_payoff(&self, profile: usize, player: usize) -> Payoff {
+    pub(crate) fn best_payoff(&self, profile: usize, player: usize) -> Payoff {
         let own = self.payoff(profile, player);
         (0..self.actions(player))
             .map(|action| self.payoff(self.with(profile, player, action), player))

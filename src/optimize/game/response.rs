@@ -11,8 +11,9 @@ use super::normal_form::Game;
 
 /// A player changed its action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Deviation {
-    /// The player.
+    /// Number of the player that deviates, from 0.
     pub player: usize,
     /// The profile after the change.
     pub profile: usize,
@@ -29,6 +30,7 @@ pub enum End {
 
 /// Profiles that play cycles through forever.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Cycle {
     /// The profile at the beginning of a round; of all such profiles, the one with the lowest
     /// number.
@@ -43,6 +45,7 @@ pub struct Cycle {
 
 /// Best response play from every start.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Play {
     /// For each profile, where play from it ends.
     pub ends: Vec<End>,

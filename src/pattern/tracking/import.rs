@@ -17,6 +17,7 @@ use crate::pattern::Pattern;
 
 /// A pattern from a tracker's file, with a report on how it was made.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Import {
     /// One item per object, with the id of its track.
     pub pattern: Pattern,

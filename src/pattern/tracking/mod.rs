@@ -55,7 +55,8 @@ mod read;
 mod report;
 mod track;
 
-pub use formats::{FORMATS, Format, Recording, recognised};
+pub(crate) use formats::recognised;
+pub use formats::{Format, Recording};
 pub use import::{Import, import};
 pub use motion::Motion;
 pub use options::{Boxes, ImageAxis, ImportOptions};

@@ -19,6 +19,7 @@ const PIECES: usize = 6;
 const FEWEST_SPEEDS: usize = 8;
 /// What the tracks that ride on the belt show.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[non_exhaustive]
 pub struct Motion {
     /// Number of tracks that are long enough to use.
     pub tracks: usize,

@@ -2,6 +2,7 @@
 
 use super::formats::Format;
 use crate::error::{Error, Result, shown};
+use crate::setters::setters;
 use std::str::FromStr;
 
 /// Values outside this range are typing mistakes, and their squares may overflow.
@@ -18,7 +19,7 @@ pub enum ImageAxis {
 }
 
 impl Boxes {
-    /// The value of `--boxes`.
+    /// The name of the option's value.
     fn name(self) -> &'static str {
         match self {
             Self::Sizes => "sizes",
@@ -59,6 +60,7 @@ pub enum Boxes {
 
 /// The conversion of pixels and frames to metres and seconds, and the tolerances.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct ImportOptions {
     /// Frames per second of the recording [1/s].
     pub fps: f64,
@@ -93,6 +95,29 @@ pub struct ImportOptions {
     /// Consecutive tracks whose x0 and y agree this closely are one object [m].
     pub merge_distance_m: f64,
 }
+
+setters!(ImportOptions {
+    /// With travel towards smaller pixel values, or towards larger ones.
+    fn with_reverse(reverse: bool);
+    /// With travel at this angle from the axis [degrees].
+    fn with_angle_deg(angle_deg: f64);
+    /// With this file format, or the one detected.
+    fn with_format(format: impl Into<Option<Format>>);
+    /// With this meaning of the four numbers of a box, or the usual one of the format.
+    fn with_boxes(boxes: impl Into<Option<Boxes>>);
+    /// With this width and height of the image [px].
+    fn with_image_size(image_size: impl Into<Option<(f64, f64)>>);
+    /// With a pattern even if the tracks contradict the options.
+    fn with_accept_mismatch(accept_mismatch: bool);
+    /// With this pixel of the belt's centre line [px], or the middle of the items.
+    fn with_centre_px(centre_px: impl Into<Option<f64>>);
+    /// With this minimum number of frames of an object.
+    fn with_min_frames(min_frames: usize);
+    /// With tracks split where they jump further than this [m].
+    fn with_split_distance_m(split_distance_m: f64);
+    /// With tracks joined that agree this closely [m].
+    fn with_merge_distance_m(merge_distance_m: f64);
+});
 
 impl ImportOptions {
     /// Options with the four values that no file contains, [1/s], [m/px] and [m/s], and defaults

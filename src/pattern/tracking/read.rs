@@ -11,6 +11,7 @@ const LISTED: usize = 20;
 
 /// A line of the file that was ignored.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+#[non_exhaustive]
 pub struct DroppedLine {
     /// Name of the file within a folder; `None` for a single file.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -11,10 +11,11 @@ const NAMED: usize = 10;
 
 /// An object that did not become an item.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[non_exhaustive]
 pub struct Dropped {
-    /// Id of the object.
+    /// Id of the object, as in the file.
     pub track: String,
-    /// Why it was dropped.
+    /// Why the object is not an item of the pattern.
     pub reason: String,
     /// Number of frames in which it was seen.
     pub frames: usize,
@@ -24,8 +25,9 @@ pub struct Dropped {
 
 /// A track that consisted of several objects with the same id.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+#[non_exhaustive]
 pub struct Split {
-    /// The id in the file.
+    /// Id of the track in the file, before it was split.
     pub track: String,
     /// Number of tracks that it became: `ID`, `ID.2`, ...
     pub pieces: usize,
@@ -33,6 +35,7 @@ pub struct Split {
 
 /// An object whose id changed.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+#[non_exhaustive]
 pub struct Merged {
     /// The id that was kept, which is the first one.
     pub track: String,
@@ -42,10 +45,11 @@ pub struct Merged {
 
 /// What was read, dropped, split, merged and measured.
 #[derive(Debug, Clone, serde::Serialize)]
+#[non_exhaustive]
 pub struct ImportReport {
     /// Name of the file in messages.
     pub file: String,
-    /// The file format.
+    /// The file format that was given or recognised.
     pub format: Format,
     /// Notes on how the file was interpreted.
     pub remarks: Vec<String>,

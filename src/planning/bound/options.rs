@@ -3,12 +3,13 @@
 use super::network::{SlotNetwork, Slots, latest_release, picks};
 use crate::decision::Moment;
 use crate::error::{Error, Result, shown_number};
+use crate::setters::setters;
 use crate::sim::Scene;
 
-/// The quantity to bound.
+/// What a bound limits from above.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BoundObjective {
-    /// Items picked.
+    /// The number of items picked.
     Picks,
     /// The sum of the weights of the items picked.
     Weight,
@@ -16,8 +17,9 @@ pub enum BoundObjective {
 
 /// How hard the search tries. The same options give the same bound on every machine.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct BoundOptions {
-    /// The quantity to bound.
+    /// What the bound limits from above.
     pub objective: BoundObjective,
     /// Length of the slots [s]; chosen from the processing times if `None`.
     pub slot_s: Option<f64>,
@@ -47,6 +49,23 @@ impl Default for BoundOptions {
         }
     }
 }
+
+setters!(BoundOptions {
+    /// With this quantity bounded.
+    fn with_objective(objective: BoundObjective);
+    /// With slots of this length [s], or of one that fits the processing times.
+    fn with_slot_s(slot_s: impl Into<Option<f64>>);
+    /// With this maximum number of steps of the prices.
+    fn with_iterations(iterations: usize);
+    /// With end and rate bounded as well, or not.
+    fn with_ends(ends: bool);
+    /// With a schedule to compare with the bound, or without one.
+    fn with_schedule(schedule: bool);
+    /// With this known to be earned by some schedule.
+    fn with_known(known: f64);
+    /// With this maximum number of picks in slots.
+    fn with_arcs(arcs: usize);
+});
 
 impl BoundOptions {
     /// For a pattern of `items` items if only the bound is wanted: time and memory grow in

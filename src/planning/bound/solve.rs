@@ -33,6 +33,7 @@ impl BoundStop {
 
 /// A bound for every strategy.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Bound {
     /// The quantity that is bounded.
     pub objective: BoundObjective,

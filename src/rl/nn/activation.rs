@@ -9,7 +9,7 @@ const SATURATED: f32 = 7.905_311;
 ///
 /// Coefficients: Eigen, `generic_fast_tanh_float` (MathFunctionsImpl.h).
 #[inline(always)]
-pub fn tanh(x: f32) -> f32 {
+pub(crate) fn tanh(x: f32) -> f32 {
     let x = x.clamp(-SATURATED, SATURATED);
     let square = x * x;
     let mut odd = -2.760_768_5e-16;
@@ -50,7 +50,7 @@ impl Activation {
     }
 
     /// Multiplies `gradient` by the derivative, given the output of [`Activation::apply`].
-    pub fn backward(self, output: &[f32], gradient: &mut [f32]) {
+    pub(crate) fn backward(self, output: &[f32], gradient: &mut [f32]) {
         let pairs = gradient.iter_mut().zip(output);
         match self {
             Self::Tanh => pairs.for_each(|(g, y)| *g *= 1.0 - y * y),

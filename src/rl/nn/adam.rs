@@ -9,7 +9,7 @@ const SMALLEST_FIRST: f32 = 1e-20;
 /// The same for second moments, which are squares.
 const SMALLEST_SECOND: f32 = 1e-35;
 
-/// The optimiser's state.
+/// The moments of all parameters, and the settings of Adam.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Adam {
     /// Decay of the first moments.
@@ -69,7 +69,7 @@ impl Adam {
 
 /// Scales `gradient` to a norm of at most `most`, as torch's `clip_grad_norm_` does, and
 /// returns the norm before that.
-pub fn clip_gradient(gradient: &mut [f32], most: f32) -> f32 {
+pub(crate) fn clip_gradient(gradient: &mut [f32], most: f32) -> f32 {
     // Eight sums in parallel: a single f64 sum would wait for every addition.
     let mut sums = [0.0f64; 8];
     let chunks = gradient.chunks_exact(8);

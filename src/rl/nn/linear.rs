@@ -5,9 +5,9 @@ use super::matrix::{MatrixView, multiply, multiply_nt, multiply_tn};
 /// Positions of a layer's weights [inputs, outputs] and biases [outputs].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Linear {
-    /// Number of inputs.
+    /// Number of values in an input row.
     pub inputs: usize,
-    /// Number of outputs.
+    /// Number of values in an output row.
     pub outputs: usize,
     start: usize,
     has_bias: bool,
@@ -32,7 +32,7 @@ impl Linear {
     }
 
     /// The weights, mutable.
-    pub fn weight_mut<'p>(&self, parameters: &'p mut [f32]) -> &'p mut [f32] {
+    pub(crate) fn weight_mut<'p>(&self, parameters: &'p mut [f32]) -> &'p mut [f32] {
         &mut parameters[self.start..self.start + self.inputs * self.outputs]
     }
 
@@ -68,7 +68,7 @@ impl Linear {
     }
 
     /// `y += x W` for `rows` dense rows, without the bias.
-    pub fn forward_add(&self, parameters: &[f32], x: &[f32], rows: usize, y: &mut [f32]) {
+    pub(crate) fn forward_add(&self, parameters: &[f32], x: &[f32], rows: usize, y: &mut [f32]) {
         multiply(
             MatrixView::new(x, rows, self.inputs),
             self.view(parameters),
@@ -78,7 +78,7 @@ impl Linear {
     }
 
     /// Adds the gradients of weights and biases, given `dy` [rows, outputs].
-    pub fn backward(
+    pub(crate) fn backward(
         &self,
         x: &[f32],
         stride: usize,
@@ -99,7 +99,7 @@ impl Linear {
     }
 
     /// The gradient of the inputs, `dx = dy W' + beta dx`, dense.
-    pub fn backward_input(
+    pub(crate) fn backward_input(
         &self,
         parameters: &[f32],
         dy: &[f32],

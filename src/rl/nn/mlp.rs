@@ -21,7 +21,7 @@ pub struct Mlp {
 /// For each tower: outputs of every layer but the last, and the gradient during
 /// back-propagation.
 #[derive(Debug, Default)]
-pub struct MlpBuffers {
+pub(crate) struct MlpBuffers {
     policy: Tower,
     value: Tower,
 }
@@ -54,7 +54,7 @@ impl Mlp {
         }
     }
 
-    /// Number of parameters.
+    /// Number of parameters of all layers.
     pub fn parameters(&self) -> usize {
         self.parameters
     }
@@ -75,7 +75,7 @@ impl Mlp {
     }
 
     /// Sets orthogonal weights and zero biases.
-    pub fn initialise(&self, parameters: &mut [f32], rng: &mut impl Rng) {
+    pub(crate) fn initialise(&self, parameters: &mut [f32], rng: &mut impl Rng) {
         for (tower, last) in [(&self.policy, 0.01), (&self.value, 1.0)] {
             for (i, layer) in tower.iter().enumerate() {
                 let gain = if i + 1 == tower.len() {
@@ -89,7 +89,7 @@ impl Mlp {
     }
 
     /// Computes `logits` [rows, actions] and `values` [rows] of the batch.
-    pub fn forward(
+    pub(crate) fn forward(
         &self,
         parameters: &[f32],
         batch: ObservationBatch,
@@ -121,7 +121,7 @@ impl Mlp {
     }
 
     /// Adds the gradient; see `Network::backward`.
-    pub fn backward(
+    pub(crate) fn backward(
         &self,
         parameters: &[f32],
         batch: ObservationBatch,

@@ -15,13 +15,17 @@ mod scorer;
 mod set_encoder;
 mod shape;
 
-pub use activation::{Activation, tanh};
-pub use adam::{Adam, clip_gradient};
+pub use activation::Activation;
+pub use adam::Adam;
+pub(crate) use adam::clip_gradient;
 pub use linear::Linear;
 pub use mlp::Mlp;
 pub use network::{Architecture, Network, Workspace};
-pub use scorer::{Head, Scorer};
-pub use set_encoder::SetEncoder;
+#[cfg(feature = "onnx")]
+pub(crate) use scorer::Head;
+pub use scorer::Scorer;
+#[cfg(feature = "onnx")]
+pub(crate) use set_encoder::SetEncoder;
 pub use shape::{ObservationBatch, Shape};
 
 #[cfg(test)]

@@ -55,7 +55,7 @@ impl Architecture {
 pub struct Workspace {
     /// Logits [rows, actions]; those of forbidden actions are meaningless.
     pub logits: Vec<f32>,
-    /// Values [rows].
+    /// Estimated return of every observation [rows].
     pub values: Vec<f32>,
     mlp: mlp::MlpBuffers,
     scorer: scorer::ScorerBuffers,
@@ -83,7 +83,7 @@ impl Network {
         }
     }
 
-    /// Number of parameters.
+    /// Number of parameters of all layers.
     pub fn parameters(&self) -> usize {
         match self {
             Self::Mlp(net) => net.parameters(),
@@ -119,7 +119,7 @@ impl Network {
     /// Adds the gradient of a loss to `gradient`, given its derivatives with respect to logits
     /// [rows, actions] and values [rows], after [`Network::forward`] on the same batch.
     /// Derivatives of forbidden logits must be 0.
-    pub fn backward(
+    pub(crate) fn backward(
         &self,
         parameters: &[f32],
         batch: ObservationBatch,

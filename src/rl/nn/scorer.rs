@@ -17,25 +17,25 @@ pub struct Scorer {
     shape: Shape,
     activation: Activation,
     /// Policy: slots and globals to `h`.
-    pub encoder: SetEncoder,
+    pub(crate) encoder: SetEncoder,
     /// `h_i` to `u_i`, without bias.
-    pub slot: Linear,
+    pub(crate) slot: Linear,
     /// Context to `u`, with the bias.
-    pub context: Linear,
+    pub(crate) context: Linear,
     /// `u_i` to the logit.
-    pub logit: Linear,
+    pub(crate) logit: Linear,
     /// Context and globals to the logit of waiting.
-    pub wait: Option<Head>,
+    pub(crate) wait: Option<Head>,
     /// Value: slots and globals to `h`.
-    pub value_encoder: SetEncoder,
+    pub(crate) value_encoder: SetEncoder,
     /// Context and globals to the value.
-    pub value: Head,
+    pub(crate) value: Head,
     parameters: usize,
 }
 
 /// `y = w f(c, g)`: one number from context and globals.
 #[derive(Debug, Clone, Copy)]
-pub struct Head {
+pub(crate) struct Head {
     /// Context to hidden, without bias.
     pub context: Linear,
     /// Globals to hidden, with the bias.
@@ -46,7 +46,7 @@ pub struct Head {
 
 /// Intermediate values of both passes.
 #[derive(Debug, Default)]
-pub struct ScorerBuffers {
+pub(crate) struct ScorerBuffers {
     rows: SlotRows,
     policy: Encoded,
     value: Encoded,
@@ -68,7 +68,7 @@ struct HeadBuffers {
 
 impl Scorer {
     /// A scorer whose layers are all `width` wide.
-    pub fn new(shape: Shape, width: usize, activation: Activation) -> Self {
+    pub(crate) fn new(shape: Shape, width: usize, activation: Activation) -> Self {
         let mut next = 0;
         let head = |next: &mut usize| Head {
             context: Linear::new(2 * width, width, false, next),
@@ -96,18 +96,19 @@ impl Scorer {
         }
     }
 
-    /// Number of parameters.
-    pub fn parameters(&self) -> usize {
+    /// Number of parameters of all layers.
+    pub(crate) fn parameters(&self) -> usize {
         self.parameters
     }
 
     /// The activation between the layers.
-    pub fn activation(&self) -> Activation {
+    #[cfg(feature = "onnx")]
+    pub(crate) fn activation(&self) -> Activation {
         self.activation
     }
 
     /// Sets orthogonal weights and zero biases.
-    pub fn initialise(&self, parameters: &mut [f32], rng: &mut impl Rng) {
+    pub(crate) fn initialise(&self, parameters: &mut [f32], rng: &mut impl Rng) {
         let gain = 2f32.sqrt();
         self.encoder.initialise(parameters, rng);
         orthogonal(&self.slot, gain, parameters, rng);
@@ -127,7 +128,7 @@ impl Scorer {
     }
 
     /// Computes `logits` [rows, actions] and `values` [rows] of the batch.
-    pub fn forward(
+    pub(crate) fn forward(
         &self,
         parameters: &[f32],
         batch: ObservationBatch,
@@ -218,7 +219,7 @@ impl Scorer {
     }
 
     /// Adds the gradient; see `Network::backward`.
-    pub fn backward(
+    pub(crate) fn backward(
         &self,
         parameters: &[f32],
         batch: ObservationBatch,

@@ -13,7 +13,7 @@ use rand::Rng;
 
 /// The slots of a batch that hold an item, one after the other.
 #[derive(Debug, Default)]
-pub struct SlotRows {
+pub(crate) struct SlotRows {
     /// The position of each in the [rows, slots] table.
     pub places: Vec<usize>,
     /// The first entry of each row of the batch, then the end.
@@ -24,7 +24,7 @@ pub struct SlotRows {
 
 impl SlotRows {
     /// Gathers the slots that `masks` [rows, actions] allows.
-    pub fn gather(&mut self, shape: &Shape, observations: &[f32], masks: &[bool]) {
+    pub(crate) fn gather(&mut self, shape: &Shape, observations: &[f32], masks: &[bool]) {
         self.places.clear();
         self.starts.clear();
         self.features.clear();
@@ -46,14 +46,14 @@ impl SlotRows {
     }
 
     /// The range of entries of each row of the batch.
-    pub fn ranges(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
+    pub(crate) fn ranges(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
         self.starts.windows(2).map(|pair| pair[0]..pair[1])
     }
 }
 
 /// Results of a forward pass that the backward pass needs.
 #[derive(Debug, Default)]
-pub struct Encoded {
+pub(crate) struct Encoded {
     /// Each slot's vector [places, width].
     pub slots: Vec<f32>,
     /// Mean, then maximum, over the slots of a row [rows, 2 width].
@@ -70,7 +70,7 @@ pub struct Encoded {
 
 /// The first layer of the scorer; see the module.
 #[derive(Debug, Clone, Copy)]
-pub struct SetEncoder {
+pub(crate) struct SetEncoder {
     /// Slot features to width, without bias.
     pub slot: Linear,
     /// Globals to width, with the bias.
@@ -80,7 +80,12 @@ pub struct SetEncoder {
 
 impl SetEncoder {
     /// The encoder whose parameters begin at `*next`.
-    pub fn new(shape: &Shape, width: usize, activation: Activation, next: &mut usize) -> Self {
+    pub(crate) fn new(
+        shape: &Shape,
+        width: usize,
+        activation: Activation,
+        next: &mut usize,
+    ) -> Self {
         Self {
             slot: Linear::new(shape.slot_features, width, false, next),
             global: Linear::new(shape.globals, width, true, next),
@@ -89,14 +94,14 @@ impl SetEncoder {
     }
 
     /// Sets orthogonal weights.
-    pub fn initialise(&self, parameters: &mut [f32], rng: &mut impl Rng) {
+    pub(crate) fn initialise(&self, parameters: &mut [f32], rng: &mut impl Rng) {
         orthogonal(&self.slot, 2f32.sqrt(), parameters, rng);
         orthogonal(&self.global, 1.0, parameters, rng);
     }
 
     /// Computes `to` from the gathered slots and the globals, which come first in rows of
     /// `stride`.
-    pub fn forward(
+    pub(crate) fn forward(
         &self,
         parameters: &[f32],
         rows: &SlotRows,
@@ -146,7 +151,7 @@ impl SetEncoder {
 
     /// Adds the parameters' gradient, given the gradients of slots and pooled vectors in
     /// `from`.
-    pub fn backward(
+    pub(crate) fn backward(
         &self,
         rows: &SlotRows,
         (globals, stride): (&[f32], usize),

@@ -10,31 +10,31 @@ pub struct Shape {
     pub globals: usize,
     /// Number of slots, K.
     pub slots: usize,
-    /// Numbers per slot.
+    /// Number of features per slot.
     pub slot_features: usize,
     /// Whether waiting is an action.
     pub wait: bool,
 }
 
 impl Shape {
-    /// Numbers in an observation.
+    /// Number of features in an observation.
     pub fn observation(&self) -> usize {
         self.globals + self.slots * self.slot_features
     }
 
-    /// Number of actions.
+    /// Number of actions: the slots, and waiting if it is allowed.
     pub fn actions(&self) -> usize {
         self.slots + usize::from(self.wait)
     }
 }
 
-/// A batch of observations.
+/// Observations that go through a network together.
 #[derive(Clone, Copy)]
 pub struct ObservationBatch<'a> {
     /// Observations [rows, observation].
     pub observations: &'a [f32],
     /// Allowed actions [rows, actions].
     pub masks: &'a [bool],
-    /// Number of rows.
+    /// Number of observations.
     pub rows: usize,
 }

@@ -7,7 +7,7 @@ use std::ops::AddAssign;
 /// What was recorded about a sample when it was collected.
 #[derive(Debug, Clone, Copy)]
 pub struct Sample {
-    /// The action taken.
+    /// Index of the action that was taken.
     pub action: usize,
     /// Its log-probability when it was collected.
     pub log_probability: f32,
@@ -20,7 +20,7 @@ pub struct Sample {
 /// The terms of the loss, summed over samples.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Terms {
-    /// Surrogate loss.
+    /// Clipped surrogate loss of the policy.
     pub policy: f64,
     /// Squared error of the value.
     pub value: f64,
@@ -70,7 +70,7 @@ impl Terms {
 
 /// The terms of one sample. `logits` [actions] become the derivatives of the mean loss over
 /// `count` samples with respect to the logits, `value` the one with respect to the value.
-pub fn sample_loss(
+pub(crate) fn sample_loss(
     sample: &Sample,
     mask: &[bool],
     (logits, value): (&mut [f32], &mut f32),

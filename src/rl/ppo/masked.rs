@@ -7,7 +7,7 @@ use rand::{Rng, RngExt};
 
 /// Turns the logits of the allowed actions into log-probabilities, in place; those of the other
 /// actions become negative infinity.
-pub fn log_softmax(logits: &mut [f32], mask: &[bool]) {
+pub(crate) fn log_softmax(logits: &mut [f32], mask: &[bool]) {
     let mut largest = f32::NEG_INFINITY;
     for (logit, allowed) in logits.iter_mut().zip(mask) {
         if *allowed {
@@ -22,7 +22,7 @@ pub fn log_softmax(logits: &mut [f32], mask: &[bool]) {
 }
 
 /// Draws an action from log-probabilities; never one with probability 0.
-pub fn sample(log_probabilities: &[f32], rng: &mut impl Rng) -> usize {
+pub(crate) fn sample(log_probabilities: &[f32], rng: &mut impl Rng) -> usize {
     let mut left: f32 = rng.random();
     let mut last = 0;
     for (action, log) in log_probabilities.iter().enumerate() {
@@ -39,7 +39,7 @@ pub fn sample(log_probabilities: &[f32], rng: &mut impl Rng) -> usize {
 }
 
 /// The most likely allowed action, the first of ties.
-pub fn likeliest(logits: &[f32], mask: &[bool]) -> usize {
+pub(crate) fn likeliest(logits: &[f32], mask: &[bool]) -> usize {
     let mut best: Option<usize> = None;
     for action in (0..logits.len()).filter(|action| mask[*action]) {
         if best.is_none_or(|best| logits[action] > logits[best]) {

@@ -9,8 +9,8 @@ mod settings;
 mod update;
 
 pub use advantage::advantages;
-pub use loss::{Sample, Terms, sample_loss};
-pub use masked::{likeliest, log_softmax, sample};
+pub use loss::{Sample, Terms};
+pub(crate) use masked::{likeliest, log_softmax};
 pub use rollout::{GROUP, Group};
 pub use settings::PpoSettings;
 pub use update::{Learner, Minibatch};

@@ -1,12 +1,14 @@
 //! The hyper-parameters, with the names, meaning and defaults of Stable-Baselines3's
 //! `PPO`.
 
+use crate::setters::setters;
 use serde::{Deserialize, Serialize};
 
 /// Settings of PPO: Schulman et al., "Proximal policy optimization algorithms", arXiv
 /// 1707.06347.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct PpoSettings {
     /// Number of environments stepped in parallel.
     pub n_envs: usize,
@@ -16,15 +18,15 @@ pub struct PpoSettings {
     pub batch_size: usize,
     /// Passes over the samples of an update.
     pub n_epochs: usize,
-    /// Discount factor.
+    /// Discount factor per decision, from 0 to 1.
     pub gamma: f32,
     /// Lambda of the generalised advantage estimate.
     pub gae_lambda: f32,
     /// How far the probability ratio may move from 1.
     pub clip_range: f32,
-    /// Weight of the entropy.
+    /// Weight of the entropy in the loss.
     pub ent_coef: f32,
-    /// Weight of the value loss.
+    /// Weight of the value loss in the loss.
     pub vf_coef: f32,
     /// The gradient is clipped to this norm.
     pub max_grad_norm: f32,
@@ -38,6 +40,37 @@ pub struct PpoSettings {
     /// early.
     pub target_kl: Option<f32>,
 }
+
+setters!(PpoSettings {
+    /// With this number of environments stepped in parallel.
+    fn with_n_envs(n_envs: usize);
+    /// With this number of steps of each environment between two updates.
+    fn with_n_steps(n_steps: usize);
+    /// With minibatches of this number of samples.
+    fn with_batch_size(batch_size: usize);
+    /// With this number of passes over the samples of an update.
+    fn with_n_epochs(n_epochs: usize);
+    /// With this discount factor per decision.
+    fn with_gamma(gamma: f32);
+    /// With this lambda of the generalised advantage estimate.
+    fn with_gae_lambda(gae_lambda: f32);
+    /// With probability ratios that may move this far from 1.
+    fn with_clip_range(clip_range: f32);
+    /// With this weight of the entropy.
+    fn with_ent_coef(ent_coef: f32);
+    /// With this weight of the value loss.
+    fn with_vf_coef(vf_coef: f32);
+    /// With the gradient clipped to this norm.
+    fn with_max_grad_norm(max_grad_norm: f32);
+    /// With this learning rate.
+    fn with_learning_rate(learning_rate: f32);
+    /// With a learning rate that falls linearly to 0, or a constant one.
+    fn with_anneal(anneal: bool);
+    /// With advantages normalised over each minibatch, or as they are.
+    fn with_normalize_advantage(normalize_advantage: bool);
+    /// With updates that end early beyond 1.5 times this divergence, or never.
+    fn with_target_kl(target_kl: impl Into<Option<f32>>);
+});
 
 impl PpoSettings {
     /// Stable-Baselines3's defaults with one environment.

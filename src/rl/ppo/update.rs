@@ -15,11 +15,11 @@ const CHUNK: usize = 128;
 /// The learner: network, parameters, optimiser and buffers.
 #[derive(Debug)]
 pub struct Learner {
-    /// The network.
+    /// The network, without its parameters.
     pub network: Network,
-    /// Its parameters.
+    /// The parameters of the network, flat.
     pub parameters: Vec<f32>,
-    /// The optimiser's state.
+    /// The state of the optimiser Adam.
     pub adam: Adam,
     chunks: Vec<Chunk>,
     gradient: Vec<f32>,
@@ -74,7 +74,7 @@ impl Learner {
 
     /// Makes one step of Adam against the gradient of any loss. `loss` turns the logits and the
     /// value of a row into their derivatives and returns the terms.
-    pub fn descend<L>(
+    pub(crate) fn descend<L>(
         &mut self,
         rows: &Minibatch,
         loss: &L,

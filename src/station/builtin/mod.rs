@@ -10,11 +10,12 @@ use super::geometry::Station;
 use crate::error::{Error, Result, known_names};
 
 /// A station that is available without a file.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct BuiltIn {
-    /// The name by which it is asked for.
+    /// The name by which [`built_in`] finds it.
     pub name: &'static str,
-    /// One-line description for help texts.
+    /// One-line description.
     pub summary: &'static str,
     /// The station as a file.
     text: &'static str,
@@ -50,10 +51,7 @@ impl BuiltIn {
     /// # Errors
     /// If the number of robots is not allowed.
     pub fn station(&self, robots: Option<usize>) -> Result<Station> {
-        let overrides = Overrides {
-            robots,
-            belt_speed: None,
-        };
+        let overrides = Overrides::default().with_robots(robots);
         // Everything but the number of robots is known to be right.
         let made = file::parse(self.text, self.name, overrides);
         made.map_err(|error| error.at("'robots'").into_usage())

@@ -80,6 +80,9 @@ fn proven_for_any_luck(rig: &Rig, verb: &str) {
         let report = report(rig, verb, flags);
         assert!(report["schedule"].is_null(), "{flags}: {report}");
         let note = report["notes"][0].as_str().unwrap();
-        assert!(note.starts_with("proven for any luck"), "{note}");
+        assert!(
+            note.starts_with("proven for every outcome of the random events"),
+            "{note}"
+        );
     }
 }

@@ -188,7 +188,10 @@ pub const ROWS: &[Row] = &[
                 ["ranking", "All assignments"],
             ],
             "compare" => &[
-                ["difference", "Difference from robust GT [FIFO]"],
+                [
+                    "difference",
+                    "Difference from robust GT (game theory) [FIFO]",
+                ],
                 ["picked", "Items picked"],
             ],
             _ => &[

@@ -8,10 +8,8 @@ use pickline_live::{Config, Timeouts};
 #[test]
 fn a_belt_that_falls_silent_stops_new_tasks_until_it_is_heard() {
     for (belt, last) in [(None, 1.0), (Some(3.0), 3.0), (Some(0.0), f64::INFINITY)] {
-        let config = Config {
-            timeouts: Timeouts { belt, robot: None },
-            ..Config::default()
-        };
+        let config =
+            Config::default().with_timeouts(Timeouts::default().with_belt(belt).with_robot(None));
         let mut world = World::new(config);
         world.encoder_until = 6.0;
         world.play(20.0, &[]);

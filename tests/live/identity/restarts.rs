@@ -16,10 +16,7 @@ fn restore(line: &mut Line) -> Line {
     state.apply(serde_json::from_str(&change).unwrap());
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
     let strategy = read_alone("SPT,FIFO", 2).unwrap().make();
-    let config = Config {
-        clock: ClockKind::Messages,
-        ..Config::default()
-    };
+    let config = Config::default().with_clock(ClockKind::Messages);
     Line(Controller::restore(station, strategy, config, state, None).unwrap())
 }
 
@@ -95,10 +92,7 @@ fn what_is_seen_before_the_belt_is_heard_waits_for_it() {
 fn a_node_that_is_killed_now_and_then_knows_the_same_items() {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
     let strategy = || read_alone("SPT,FIFO", 2).unwrap().make();
-    let config = Config {
-        clock: ClockKind::Messages,
-        ..Config::default()
-    };
+    let config = Config::default().with_clock(ClockKind::Messages);
     let through_text = |change: &StateChange| -> StateChange {
         serde_json::from_str(&serde_json::to_string(change).unwrap()).unwrap()
     };

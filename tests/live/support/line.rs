@@ -15,11 +15,9 @@ impl Line {
     pub fn silent(status_every: f64) -> Self {
         let station = built_in("paper").unwrap().station(Some(2)).unwrap();
         let strategy = read_alone("SPT,FIFO", 2).unwrap().make();
-        let config = Config {
-            clock: ClockKind::Messages,
-            status_every,
-            ..Config::default()
-        };
+        let config = Config::default()
+            .with_clock(ClockKind::Messages)
+            .with_status_every(status_every);
         Self(Controller::new(station, strategy, config))
     }
 

@@ -43,17 +43,12 @@ pub fn play(
     items: usize,
     seed: u64,
 ) -> Figures {
-    let overrides = Overrides {
-        robots: Some(2),
-        belt_speed: Some(SPEED),
-    };
+    let overrides = Overrides::default().with_robots(2).with_belt_speed(SPEED);
     let station = load("paper", overrides).unwrap();
     let strategy = read_alone("SPT,FIFO", 2).unwrap().make();
-    let config = Config {
-        clock: ClockKind::Messages,
-        tolerance,
-        ..Config::default()
-    };
+    let config = Config::default()
+        .with_clock(ClockKind::Messages)
+        .with_tolerance(tolerance);
     let mut controller = Controller::new(station, strategy, config);
     let world = World::dense(items, apart, SPEED, seed);
     let mut tracker = Tracker::new(&world, camera, mistakes, random_stream(seed, 2));

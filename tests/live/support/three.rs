@@ -40,10 +40,7 @@ pub fn station_of_length(length: f64) -> Station {
 
 /// Message time, and a station as it is.
 pub fn config() -> Config {
-    Config {
-        clock: ClockKind::Messages,
-        ..Config::default()
-    }
+    Config::default().with_clock(ClockKind::Messages)
 }
 
 /// The strategy: each robot takes the item that is quickest.

@@ -19,16 +19,12 @@ fn real_runs_are_confirmed() {
     let station = built_in("paper").unwrap().station(None).unwrap();
     let pattern = grid(1.05, 0.15, 150).unwrap();
     for (fails, noise) in [(false, 0.0), (true, 0.0), (false, 0.05), (true, 0.05)] {
-        let disturbances = Disturbances {
-            grasp_failures: fails,
-            default_p_grasp: 0.6,
-            position_noise: noise,
-            seed: 3,
-        };
-        let conditions = Conditions {
-            disturbances,
-            ..Conditions::default()
-        };
+        let disturbances = Disturbances::default()
+            .with_grasp_failures(fails)
+            .with_default_p_grasp(0.6)
+            .with_position_noise(noise)
+            .with_seed(3);
+        let conditions = Conditions::default().with_disturbances(disturbances);
         let scene = Scene::under(&station, &pattern, conditions).unwrap();
         let outcome = simulate_rules(&scene, &"SPT,FIFO".parse().unwrap()).unwrap();
         check(&station, &pattern, &outcome).unwrap();

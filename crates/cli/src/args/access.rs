@@ -8,7 +8,7 @@ const HEADING: &str = "Access control";
 
 /// Who may connect over TCP, and to the dashboard.
 #[derive(Debug, Clone, Args)]
-pub struct AccessArgs {
+pub(crate) struct AccessArgs {
     /// Require the token in this file from TCP peers, in their hello, and from browsers of
     /// the dashboard, as the password; emulate sends it
     #[arg(long, help_heading = HEADING, value_name = "FILE")]

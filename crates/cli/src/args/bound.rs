@@ -17,7 +17,7 @@ Examples:
   pickline bound --pattern items.csv --objective weight --slot 0.02
   pickline bound --camera-x 0.5 --grasp-success 0.9
   pickline pattern generate grid --count 150 | pickline bound --pattern - --format json")]
-pub struct BoundArgs {
+pub(crate) struct BoundArgs {
     #[command(flatten)]
     pub station: StationChoice,
     #[command(flatten)]
@@ -51,7 +51,7 @@ pub struct BoundArgs {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ObjectiveArg {
+pub(crate) enum ObjectiveArg {
     /// The number of items picked
     Picks,
     /// The sum of the picked items' weights

@@ -5,7 +5,7 @@ use clap::Args;
 /// What the camera sees and what can go wrong, for every verb that runs strategies.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Conditions")]
-pub struct ConditionArgs {
+pub(crate) struct ConditionArgs {
     /// Only items that have passed this position are known [m], negative upstream of the
     /// belt's start; a robot cannot set out for others [default: all are known]
     #[arg(long, value_name = "X", allow_negative_numbers = true)]

@@ -41,7 +41,7 @@ or, given by its flow:
   feed = \"random\"       # or grid, poisson, clustered, gaps; or profile = \"FILE.csv\"
   flow = 60             # [items/min] at the station's belt speed; a profile needs none
   items = 150           # a profile needs none")]
-pub struct CompareArgs {
+pub(crate) struct CompareArgs {
     #[command(flatten)]
     pub station: StationChoice,
     #[command(flatten)]
@@ -84,8 +84,8 @@ pub struct CompareArgs {
 
 /// How robust GT (game theory) is found.
 #[derive(Debug, Clone, Args)]
-#[command(next_help_heading = "Robust GT")]
-pub struct TrainingArgs {
+#[command(next_help_heading = "Robust GT (game theory)")]
+pub(crate) struct TrainingArgs {
     /// Use this assignment instead of the best on the training set
     #[arg(long, value_name = "R1,R2,...")]
     pub robust: Option<String>,
@@ -121,7 +121,7 @@ Charts for --chart: picked (the main one), the picked share over the sweep with 
 limits; throughput, the picks per minute in the steady state; rate, the picking rate;
 limits, the share of patterns that are picked completely (needs several patterns and a
 sweep of speed or spacing).")]
-pub struct SweepArgs {
+pub(crate) struct SweepArgs {
     #[command(flatten)]
     pub station: StationChoice,
     #[command(flatten)]

@@ -17,7 +17,7 @@ Examples:
   pickline game --station my-line.toml --patterns recorded/ --out game/
   pickline game --grasp-success 0.9
   pickline game --format csv --nfg line.nfg")]
-pub struct GameArgs {
+pub(crate) struct GameArgs {
     #[command(flatten)]
     pub station: StationChoice,
     #[command(flatten)]
@@ -44,7 +44,7 @@ pub struct GameArgs {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum PayoffArg {
+pub(crate) enum PayoffArg {
     /// Its own picks per minute
     Own,
     /// The line's picks per minute

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 /// Which clock is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ClockArg {
+pub(crate) enum ClockArg {
     /// The machine's clock
     System,
     /// The timestamps of the messages: the same messages give bit-identical output
@@ -15,7 +15,7 @@ pub enum ClockArg {
 
 /// The encoding of protocol lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum DialectArg {
+pub(crate) enum DialectArg {
     /// One JSON object per line
     Json,
     /// Fixed fields, at most 80 characters, with a sequence number and a checksum: for
@@ -25,7 +25,7 @@ pub enum DialectArg {
 
 /// The format of remarks on stderr.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum LogFormatArg {
+pub(crate) enum LogFormatArg {
     /// `journald` if stderr is connected to the journal, otherwise `text`
     Auto,
     /// Only the text
@@ -39,7 +39,7 @@ pub enum LogFormatArg {
 /// How the two programs communicate.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Transport")]
-pub struct TransportArgs {
+pub(crate) struct TransportArgs {
     /// Which clock to use; must be the same for run and emulate
     #[arg(long, value_enum, default_value_t = ClockArg::System)]
     pub clock: ClockArg,
@@ -82,7 +82,7 @@ Examples:
   pickline run --listen 0.0.0.0:7400 --token line.token
   pickline run --listen 127.0.0.1:7400 --dialect csv
   pickline run --schema > protocol.schema.json")]
-pub struct RunArgs {
+pub(crate) struct RunArgs {
     /// Encoding of lines over TCP, stdin and stdout; docs/dialect-csv.md lists the fields. A
     /// peer whose first line is JSON is answered in JSON
     #[arg(long, value_enum, default_value_t = DialectArg::Json, help_heading = "Transport")]
@@ -195,7 +195,7 @@ pub struct RunArgs {
 /// What a run keeps on disk.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Recording and recovery")]
-pub struct KeptArgs {
+pub(crate) struct KeptArgs {
     /// Keep items, claims and counters in this file, so that a run restarted with it after
     /// a crash resumes where the last one stopped
     #[arg(long, value_name = "FILE")]
@@ -233,7 +233,7 @@ Examples:
   pickline run --listen 127.0.0.1:7400 --clock messages &
   pickline emulate --connect 127.0.0.1:7400 --clock messages --failing-grasps 0.1
   pickline emulate --clock messages < /dev/null > stream.jsonl")]
-pub struct EmulateArgs {
+pub(crate) struct EmulateArgs {
     #[command(flatten)]
     pub station: StationChoice,
     /// Pattern file (CSV) [default: a 0.15 m grid of 50 items]
@@ -248,7 +248,7 @@ pub struct EmulateArgs {
 /// Faults of the emulated station.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Faults")]
-pub struct TroubleArgs {
+pub(crate) struct TroubleArgs {
     /// Share of grasps that fail
     #[arg(
         long,

@@ -19,31 +19,31 @@ mod station;
 #[cfg(feature = "onnx")]
 mod train;
 
-pub use access::AccessArgs;
-pub use bound::{BoundArgs, ObjectiveArg};
-pub use conditions::ConditionArgs;
-pub use experiment::{CompareArgs, SweepArgs, TrainingArgs};
-pub use game::{GameArgs, PayoffArg};
-pub use live::{
+pub(crate) use access::AccessArgs;
+pub(crate) use bound::{BoundArgs, ObjectiveArg};
+pub(crate) use conditions::ConditionArgs;
+pub(crate) use experiment::{CompareArgs, SweepArgs, TrainingArgs};
+pub(crate) use game::{GameArgs, PayoffArg};
+pub(crate) use live::{
     ClockArg, DialectArg, EmulateArgs, LogFormatArg, RunArgs, TransportArgs, TroubleArgs,
 };
 #[cfg(feature = "mqtt")]
 pub use mqtt::MqttArgs;
-pub use optimize::{LimitArgs, OptimizeArgs, SearchArg};
-pub use pattern::{
+pub(crate) use optimize::{LimitArgs, OptimizeArgs, SearchArg};
+pub(crate) use pattern::{
     AxisArg, BoxesArg, DescribeArgs, GenerateArgs, ImportCommand, PatternArgs, PatternCommand,
     PatternKind, TracksArgs,
 };
 #[cfg(feature = "ros2")]
 pub use ros2::Ros2Args;
-pub use service::{ManArgs, PlaceArgs, ServiceArgs, ServiceCommand};
-pub use shared::{
+pub(crate) use service::{ManArgs, PlaceArgs, ServiceArgs, ServiceCommand};
+pub(crate) use shared::{
     AttributeArgs, Common, FeedArgs, OutputFormat, PatternSetArgs, Pictures, StationChoice,
 };
-pub use simulate::SimulateArgs;
-pub use station::{StationArgs, StationCommand};
+pub(crate) use simulate::SimulateArgs;
+pub(crate) use station::{StationArgs, StationCommand};
 #[cfg(feature = "onnx")]
-pub use train::TrainArgs;
+pub(crate) use train::TrainArgs;
 
 use clap::{Parser, Subcommand};
 
@@ -62,13 +62,13 @@ Exit codes: 0 success, 1 failure, 2 invalid usage or input, 130 interrupted (sea
 games and bounds print the best result so far; comparisons and sweeps print the cases or
 values that are finished, marked as partial)."
 )]
-pub struct Cli {
+pub(crate) struct Cli {
     #[command(subcommand)]
     pub command: Command,
 }
 
 #[derive(Debug, Subcommand)]
-pub enum Command {
+pub(crate) enum Command {
     Optimize(Box<OptimizeArgs>),
     Compare(Box<CompareArgs>),
     Sweep(Box<SweepArgs>),

@@ -26,7 +26,7 @@ Examples:
 Charts for --chart: difference (the main one), how far each of the first 20 assignments
 falls short of the best; spread, their mean and their worst pattern; ranking, the results
 of all assignments.")]
-pub struct OptimizeArgs {
+pub(crate) struct OptimizeArgs {
     #[command(flatten)]
     pub station: StationChoice,
     #[command(flatten)]
@@ -125,7 +125,7 @@ pub struct OptimizeArgs {
 
 /// Limits on the length of a search.
 #[derive(Debug, Clone, Args)]
-pub struct LimitArgs {
+pub(crate) struct LimitArgs {
     /// Maximum number of simulated runs in the search, tie-breaking included; a run is one
     /// assignment on one pattern at one belt speed. 0 for no limit. The result is the best so
     /// far, the same on any machine [default: 36000000 divided by the number of robots, or
@@ -150,7 +150,7 @@ pub struct LimitArgs {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum SearchArg {
+pub(crate) enum SearchArg {
     Auto,
     Exhaustive,
     Grasp,

@@ -11,13 +11,13 @@ Examples:
   pickline pattern generate poisson --radius 0.2 --count 29 --output p.csv
   pickline pattern describe p.csv
   pickline pattern import tracks film.txt --fps 30 --scale 0.0015 --axis x --belt-speed 0.1")]
-pub struct PatternArgs {
+pub(crate) struct PatternArgs {
     #[command(subcommand)]
     pub command: Option<PatternCommand>,
 }
 
 #[derive(Debug, Subcommand)]
-pub enum PatternCommand {
+pub(crate) enum PatternCommand {
     /// Write a generated pattern as CSV
     #[command(after_long_help = "\
 Example:
@@ -51,7 +51,7 @@ impl Default for PatternCommand {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum PatternKind {
+pub(crate) enum PatternKind {
     /// A square lattice
     Grid,
     /// A maximal Poisson disk sample
@@ -67,7 +67,7 @@ pub enum PatternKind {
 }
 
 #[derive(Debug, Args)]
-pub struct GenerateArgs {
+pub(crate) struct GenerateArgs {
     /// Kind of pattern
     #[arg(value_enum, default_value_t = PatternKind::Grid)]
     pub kind: PatternKind,
@@ -113,7 +113,7 @@ pub struct GenerateArgs {
 }
 
 #[derive(Debug, Args)]
-pub struct DescribeArgs {
+pub(crate) struct DescribeArgs {
     /// Pattern file (CSV), or `-` for stdin [default: a 0.15 m grid of 50 items]
     pub file: Option<String>,
     /// Also print the flow on the belt of this station: a file (TOML) or a built-in
@@ -131,7 +131,7 @@ pub struct DescribeArgs {
 }
 
 #[derive(Debug, Subcommand)]
-pub enum ImportCommand {
+pub(crate) enum ImportCommand {
     /// Import the output of a tracker or a detector
     ///
     /// Makes one item per track: its belt position from all frames, its area from the box,
@@ -161,7 +161,7 @@ File formats, detected from the content:
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum BoxesArg {
+pub(crate) enum BoxesArg {
     /// Left, top, width, height
     Sizes,
     /// Left, top, right, bottom
@@ -171,7 +171,7 @@ pub enum BoxesArg {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum AxisArg {
+pub(crate) enum AxisArg {
     /// The belt travels along the image's x axis
     X,
     /// The belt travels along the image's y axis
@@ -179,7 +179,7 @@ pub enum AxisArg {
 }
 
 #[derive(Debug, Args)]
-pub struct TracksArgs {
+pub(crate) struct TracksArgs {
     /// The recording: a file, or a folder of label files
     pub file: PathBuf,
     /// File format: mot, supervision, ultralytics, yolo, coco [default: detected]

@@ -10,13 +10,13 @@ Examples:
   pickline service
   sudo pickline service install
   pickline service install --root image --prefix /usr")]
-pub struct ServiceArgs {
+pub(crate) struct ServiceArgs {
     #[command(subcommand)]
     pub command: Option<ServiceCommand>,
 }
 
 #[derive(Debug, Subcommand)]
-pub enum ServiceCommand {
+pub(crate) enum ServiceCommand {
     /// Print the systemd unit
     #[command(after_long_help = "Example:\n  pickline service show --prefix /usr")]
     Show {
@@ -45,7 +45,7 @@ pub enum ServiceCommand {
 
 /// Where to install.
 #[derive(Debug, Clone, Args)]
-pub struct PlaceArgs {
+pub(crate) struct PlaceArgs {
     /// The folder that holds bin, lib and share
     #[arg(long, value_name = "DIR", default_value = "/usr/local")]
     pub prefix: PathBuf,
@@ -72,7 +72,7 @@ impl Default for ServiceCommand {
 Examples:
   pickline man run | man -l -
   pickline man station check > pickline-station-check.1")]
-pub struct ManArgs {
+pub(crate) struct ManArgs {
     /// The command [default: the program itself]
     #[arg(value_name = "COMMAND")]
     pub command: Vec<String>,

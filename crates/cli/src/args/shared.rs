@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 /// How results are printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum OutputFormat {
+pub(crate) enum OutputFormat {
     /// For people
     Table,
     /// Everything, as one object
@@ -17,7 +17,7 @@ pub enum OutputFormat {
 /// The station that a verb works on.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Station")]
-pub struct StationChoice {
+pub(crate) struct StationChoice {
     /// Station file (TOML), or a built-in: paper, paper-narrow
     #[arg(long, value_name = "FILE|NAME", default_value = "paper")]
     pub station: String,
@@ -35,7 +35,7 @@ pub struct StationChoice {
 /// Options shared by every verb that computes something.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Common")]
-pub struct Common {
+pub(crate) struct Common {
     /// Master seed for everything random
     #[arg(
         long,
@@ -72,7 +72,7 @@ pub struct Common {
 /// Pictures of a result, and where to write them.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Pictures")]
-pub struct Pictures {
+pub(crate) struct Pictures {
     /// Write a page with charts and tables to this HTML file, which opens in any browser
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
@@ -87,7 +87,7 @@ pub struct Pictures {
 /// Attributes of generated items besides their position.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Item attributes")]
-pub struct AttributeArgs {
+pub(crate) struct AttributeArgs {
     /// Item areas [cm^2]: const:V, uniform:LOW,HIGH, lognormal:MEDIAN,SIGMA, beta:A,B
     #[arg(long, value_name = "DIST")]
     pub area: Option<String>,
@@ -102,7 +102,7 @@ pub struct AttributeArgs {
 /// Flow and shape of generated feeds.
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Feed")]
-pub struct FeedArgs {
+pub(crate) struct FeedArgs {
     /// Flow of the feed [items/min] at the station's belt speed; the pattern is fixed in
     /// space, so the flow changes with the belt speed
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
@@ -125,7 +125,7 @@ pub struct FeedArgs {
 /// The patterns on which assignments are scored.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Patterns")]
-pub struct PatternSetArgs {
+pub(crate) struct PatternSetArgs {
     /// Patterns: balanced[:N] (N grids and N Poisson disk patterns over 0.15 to 0.4 m),
     /// grid:SPACING, poisson:RADIUS[:N], a CSV file or a folder of them; with --flow: grid,
     /// poisson[:N], random[:N], clustered[:N], gaps[:N], profile:FILE[:N] (FILE is CSV:
@@ -143,6 +143,6 @@ pub struct PatternSetArgs {
 
 /// The help text of an argument that takes a strategy: `what`, all strategy forms, then
 /// `more`.
-pub fn strategy_help(what: &str, more: &str) -> String {
+pub(super) fn strategy_help(what: &str, more: &str) -> String {
     format!("{what}: {}{more}", pickline::strategies::forms())
 }

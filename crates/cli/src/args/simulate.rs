@@ -12,7 +12,7 @@ use std::path::PathBuf;
 /// for every item that was not picked: unreachable, grasp_failed, passed_over, unseen or busy.
 #[derive(Debug, Args)]
 #[command(after_long_help = simulate_help())]
-pub struct SimulateArgs {
+pub(crate) struct SimulateArgs {
     #[command(flatten)]
     pub station: StationChoice,
     #[command(flatten)]

@@ -10,13 +10,13 @@ use std::path::PathBuf;
 Examples:
   pickline station show --robots 3
   pickline station init my-line.toml && pickline station check my-line.toml")]
-pub struct StationArgs {
+pub(crate) struct StationArgs {
     #[command(subcommand)]
     pub command: Option<StationCommand>,
 }
 
 #[derive(Debug, Subcommand)]
-pub enum StationCommand {
+pub(crate) enum StationCommand {
     /// Print the resolved station as TOML
     #[command(
         after_long_help = "Example:\n  pickline station show --robots 3 --svg station.svg --camera-x 0.2"

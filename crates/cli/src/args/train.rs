@@ -14,7 +14,7 @@ use std::path::PathBuf;
 /// FILE.checkpoint.json, from which --resume continues.
 #[derive(Debug, Args)]
 #[command(after_long_help = train_help())]
-pub struct TrainArgs {
+pub(crate) struct TrainArgs {
     /// Output file for the policy, NAME.onnx
     #[arg(long, value_name = "FILE", default_value = "policy.onnx")]
     pub out: PathBuf,

@@ -13,7 +13,7 @@ const LONGEST: Duration = Duration::from_secs(60);
 
 /// The kinds of recent remarks.
 #[derive(Debug)]
-pub struct Kinds {
+pub(super) struct Kinds {
     table: BTreeMap<String, Kind>,
     first_sum: Duration,
 }
@@ -32,7 +32,7 @@ struct Kind {
 
 impl Kinds {
     /// No kinds yet. The first summary of a kind is due `first_sum` after its first remark.
-    pub fn new(first_sum: Duration) -> Self {
+    pub(super) fn new(first_sum: Duration) -> Self {
         Self {
             table: BTreeMap::new(),
             first_sum,
@@ -41,7 +41,7 @@ impl Kinds {
 
     /// Counts a remark, and returns it if it should be printed, as the first of its kind in a
     /// while.
-    pub fn note(
+    pub(super) fn note(
         &mut self,
         now: Instant,
         level: LogLevel,
@@ -67,12 +67,12 @@ impl Kinds {
     }
 
     /// When the next summary is due.
-    pub fn next_due(&self) -> Option<Instant> {
+    pub(super) fn next_due(&self) -> Option<Instant> {
         self.table.values().map(|kind| kind.due).min()
     }
 
     /// The summaries that are due. A kind without further remarks is forgotten.
-    pub fn take_due(&mut self, now: Instant) -> Vec<(LogLevel, String)> {
+    pub(super) fn take_due(&mut self, now: Instant) -> Vec<(LogLevel, String)> {
         let mut sums = Vec::new();
         self.table.retain(|_, kind| {
             if kind.due > now {
@@ -89,7 +89,7 @@ impl Kinds {
     }
 
     /// All summaries, due or not.
-    pub fn take_all(&mut self) -> Vec<(LogLevel, String)> {
+    pub(super) fn take_all(&mut self) -> Vec<(LogLevel, String)> {
         self.table.values_mut().filter_map(Kind::take).collect()
     }
 }
@@ -112,7 +112,7 @@ impl Kind {
 
 /// The default kind of a remark: its text. Addresses lose their port, which differs each time
 /// that a peer reconnects.
-pub fn kind_of(text: &str) -> String {
+pub(crate) fn kind_of(text: &str) -> String {
     let word = |word: &str| {
         let bare = word.trim_end_matches([':', ',', ';', '.']);
         match bare.parse::<SocketAddr>() {

@@ -16,8 +16,8 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-pub use kinds::kind_of;
-pub use style::{LogLevel, Style};
+pub(crate) use kinds::kind_of;
+pub(crate) use style::{LogLevel, Style};
 
 /// Maximum number of lines waiting to be written.
 const MOST_WAITING: usize = 512;
@@ -30,7 +30,7 @@ const LONGEST_PAUSE: Duration = Duration::from_secs(3600);
 
 /// The log. When dropped, it writes what is left, but waits only briefly for that.
 #[derive(Debug)]
-pub struct Log {
+pub(crate) struct Log {
     shared: Arc<LogQueue>,
     style: Style,
 }
@@ -56,7 +56,7 @@ struct State {
 
 impl Log {
     /// A log on stderr.
-    pub fn on_stderr(style: Style) -> Self {
+    pub(crate) fn on_stderr(style: Style) -> Self {
         Self::start(std::io::stderr(), style, FIRST_SUM)
     }
 
@@ -78,7 +78,7 @@ impl Log {
     }
 
     /// Logs `text`; repeated remarks of one `kind` are summed up.
-    pub fn say(&self, level: LogLevel, kind: &str, text: &str) {
+    pub(crate) fn say(&self, level: LogLevel, kind: &str, text: &str) {
         let now = Instant::now();
         let mut state = self.shared.lock();
         if let Some(text) = state.kinds.note(now, level, kind, text) {
@@ -88,7 +88,7 @@ impl Log {
     }
 
     /// Logs all pending summaries, so that they come before the next remark.
-    pub fn sum_up(&self) {
+    pub(crate) fn sum_up(&self) {
         self.shared.lock().sum_up(self.style);
         self.shared.changed.notify_all();
     }
@@ -176,6 +176,7 @@ impl State {
 
 #[cfg(test)]
 #[path = "../../../../tests/common/gate.rs"]
+#[allow(unreachable_pub, reason = "shared with other crates")]
 mod gate;
 
 #[cfg(test)]

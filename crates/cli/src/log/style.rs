@@ -5,7 +5,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// The severity of a remark. The numbers are those of syslog (RFC 5424, section 6.2.1),
 /// which journald uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum LogLevel {
+pub(crate) enum LogLevel {
     /// The program or a part of it cannot continue.
     Error = 3,
     /// Something is wrong, but the line continues.
@@ -26,7 +26,7 @@ impl LogLevel {
 
 /// The format of a log line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Style {
+pub(crate) enum Style {
     /// Only the text.
     Text,
     /// The text after its level, as journald expects it: `<4>text`.
@@ -37,7 +37,7 @@ pub enum Style {
 
 impl Style {
     /// The journald format if stderr is connected to the journal, otherwise only the text.
-    pub fn found() -> Self {
+    pub(crate) fn found() -> Self {
         match std::env::var("JOURNAL_STREAM") {
             Ok(stream) if leads_to(&stream) => Self::Journald,
             _ => Self::Text,
@@ -45,7 +45,7 @@ impl Style {
     }
 
     /// `text` in this format, with a newline.
-    pub fn line(self, level: LogLevel, text: &str) -> String {
+    pub(crate) fn line(self, level: LogLevel, text: &str) -> String {
         match self {
             Self::Text => format!("{text}\n"),
             // In the journal, each line is a separate entry.

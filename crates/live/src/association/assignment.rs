@@ -13,7 +13,7 @@ const STEP: f64 = 1e-6;
 
 /// A detection and an item that it may show.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CandidatePair {
+pub(super) struct CandidatePair {
     /// Index of the detection in its picture.
     pub detection: usize,
     /// Number of the item.
@@ -28,7 +28,7 @@ pub struct CandidatePair {
 /// Each group of detections that compete for the same items is solved separately by the Hungarian
 /// method (Kuhn, *The Hungarian method for the assignment problem*, Naval Research Logistics
 /// Quarterly 2, 1955, doi:10.1002/nav.3800020109).
-pub fn assign(pairs: &[CandidatePair], alone: &[f64]) -> Vec<Option<u32>> {
+pub(super) fn assign(pairs: &[CandidatePair], alone: &[f64]) -> Vec<Option<u32>> {
     let mut pairs: Vec<CandidatePair> = pairs
         .iter()
         .filter(|pair| pair.cost < alone[pair.detection])

@@ -13,10 +13,10 @@ mod assignment;
 mod picture;
 
 use assignment::{CandidatePair, assign};
-pub use picture::{Association, Match, associate};
+pub(crate) use picture::{Association, Match, associate};
 
 /// A covariance of a position, `[xx, xy, yy]` [m^2].
-pub type Covariance = [f64; 3];
+pub(crate) type Covariance = [f64; 3];
 
 /// Detections of an item lie within this many standard deviations of it.
 const DEVIATIONS: f64 = 3.0;
@@ -41,7 +41,7 @@ const DOUBLED: f64 = 3.0;
 
 /// How the tracker's ids of a detection and an item compare.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Number {
+pub(crate) enum Number {
     /// The item was seen under the detection's id.
     Same,
     /// The item was seen under other ids only.
@@ -52,27 +52,27 @@ pub enum Number {
 
 /// How far from an item its detections may lie.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AssociationGate {
+pub(crate) struct AssociationGate {
     /// Three standard deviations of the errors that no covariance includes [m].
     tolerance: f64,
 }
 
 impl AssociationGate {
     /// The gate for this tolerance [m].
-    pub fn new(tolerance: f64) -> Self {
+    pub(crate) fn new(tolerance: f64) -> Self {
         Self {
             tolerance: tolerance.max(SAME),
         }
     }
 
     /// Two boxes of one picture that are at most this far apart [m] show one item.
-    pub fn doubled(self) -> f64 {
+    pub(crate) fn doubled(self) -> f64 {
         CLOSEST.min(self.tolerance)
     }
 
     /// The greatest distance along the belt [m] at which a detection without a known id can match
     /// an item. `widest` [m^2] is the largest variance of any item.
-    pub fn reach(self, seen: Option<Covariance>, widest: f64) -> f64 {
+    pub(crate) fn reach(self, seen: Option<Covariance>, widest: f64) -> f64 {
         let variance = largest_variance(seen) + widest;
         (2.0 * self.tolerance.powi(2) + DEVIATIONS.powi(2) * variance).sqrt()
     }
@@ -80,7 +80,7 @@ impl AssociationGate {
     /// The squared distance between a detection and an item, in standard deviations. They are `off`
     /// [m] apart along and across the belt, which has travelled `way` [m] since the item was last
     /// seen.
-    pub fn squared_distance(
+    pub(crate) fn squared_distance(
         self,
         off: [f64; 2],
         seen: Option<Covariance>,
@@ -103,19 +103,19 @@ fn is_inside(squared_distance: f64) -> bool {
 }
 
 /// Whether a squared distance is within twice the gate: near enough to be confused.
-pub fn is_near(squared_distance: f64) -> bool {
+pub(crate) fn is_near(squared_distance: f64) -> bool {
     squared_distance <= (2.0 * DEVIATIONS).powi(2)
 }
 
 /// Whether a squared distance is within half the gate: so near that two items are probably one.
-pub fn is_close(squared_distance: f64) -> bool {
+pub(crate) fn is_close(squared_distance: f64) -> bool {
     squared_distance <= (0.5 * DEVIATIONS).powi(2)
 }
 
 /// The cost of matching a detection to an item at a squared distance, or none if it is too far
 /// away. The position decides. An id counts only beyond the gate, where it beats a new item, and as
 /// a tie-break between items that are equally near.
-pub fn cost(squared_distance: f64, number: Number, may_move: bool) -> Option<f64> {
+pub(crate) fn cost(squared_distance: f64, number: Number, may_move: bool) -> Option<f64> {
     let gate = DEVIATIONS * DEVIATIONS;
     match number {
         Number::Same if !is_inside(squared_distance) => {
@@ -129,12 +129,12 @@ pub fn cost(squared_distance: f64, number: Number, may_move: bool) -> Option<f64
 }
 
 /// The cost of matching a detection to none of the known items.
-pub fn cost_of_new(is_doubled: bool) -> f64 {
+pub(crate) fn cost_of_new(is_doubled: bool) -> f64 {
     if is_doubled { DOUBLED } else { NEW }
 }
 
 /// The largest variance in any direction [m^2], limited by `WIDEST`.
-pub fn largest_variance(covariance: Option<Covariance>) -> f64 {
+pub(crate) fn largest_variance(covariance: Option<Covariance>) -> f64 {
     let [xx, xy, yy] = covariance.unwrap_or_default();
     let most = 0.5 * (xx + yy) + (0.5 * (xx - yy)).hypot(xy);
     most.min(WIDEST * WIDEST)

@@ -7,7 +7,7 @@ use std::collections::HashSet;
 
 /// What a detection shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Match {
+pub(crate) enum Match {
     /// This known item.
     Item(u32),
     /// No known item.
@@ -22,7 +22,7 @@ pub enum Match {
 
 /// A picture whose detections have been matched to items.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Association {
+pub(crate) struct Association {
     /// What each detection shows.
     pub matches: Vec<Match>,
     /// Pairs of an item that the picture does not show and the other item whose detection is at its
@@ -71,14 +71,12 @@ fn candidates(
             }
             let way = travel - travelled(tracked.measured);
             let squared = gate.squared_distance(off, one.covariance, tracked.covariance, way);
-            let number = if by_id == Some(item) {
-                Number::Same
-            } else if one.id.is_some() && tracked.is_named_by(source) {
-                Number::Other
-            } else {
-                Number::Unknown
+            let is_same = by_id == Some(item);
+            let number = match (one.id.is_some(), tracked.is_named_by(source)) {
+                _ if is_same => Number::Same,
+                (true, true) => Number::Other,
+                _ => Number::Unknown,
             };
-            let is_same = number == Number::Same;
             // What lies where an item was already picked is another item, unless the tracker's id
             // says that it is the same.
             let is_gone = matches!(tracked.state, ItemState::Picked(at) if at < time);
@@ -107,7 +105,7 @@ fn candidates(
 
 /// Matches the detections `seen` in one picture to the items. `travelled` [m] is the belt's travel
 /// when an item was measured and when the picture was taken.
-pub fn associate(
+pub(crate) fn associate(
     items: &Items,
     gate: AssociationGate,
     seen: &[PlacedDetection],

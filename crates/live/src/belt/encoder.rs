@@ -4,6 +4,7 @@ use super::history::SpeedSegment;
 use super::speed::Spread;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
+use std::ops::RangeInclusive;
 
 /// An encoder may differ by this much [m] plus this share from the travel that the speeds give.
 /// Beyond that it was set to another zero.
@@ -30,7 +31,7 @@ const LATEST: f64 = 0.02;
 /// How the belt moves according to the encoder, if the reported speed differs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Slip {
+pub(super) enum Slip {
     /// Faster than the reported speed by this factor.
     Ratio(f64),
     /// At this speed [m/s], while it is reported as stationary.
@@ -48,10 +49,10 @@ struct Doubt {
 /// What the belt has reported since the last encoder reading. Belt messages without a position may
 /// come in between; the encoder's travel is compared with their sum.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Since {
+pub(super) struct Since {
     /// When the encoder was last read [s].
     pub time: f64,
-    /// The travel then [m].
+    /// The travel at that time [m].
     travel: f64,
     /// Travel since then by the reported speeds [m].
     driven: f64,
@@ -64,7 +65,7 @@ pub struct Since {
 
 /// What is known of the encoder. It survives a restart.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct BeltEncoder {
+pub(super) struct BeltEncoder {
     /// What it shows when the travel is 0 [m].
     zero: Option<f64>,
     /// How often the zero has changed.
@@ -83,10 +84,10 @@ pub struct BeltEncoder {
 
 /// One reading, and what it is compared with.
 #[derive(Debug, Clone, Copy)]
-pub struct EncoderReading {
+pub(super) struct EncoderReading {
     /// What the encoder shows [m].
     pub position: f64,
-    /// When [s].
+    /// When it was read [s].
     pub time: f64,
     /// When the belt was last heard before [s], and the speed reported then [m/s].
     pub heard: Option<(f64, f64)>,
@@ -102,7 +103,7 @@ pub struct EncoderReading {
 
 /// How a reading was interpreted.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum EncoderFinding {
+pub(super) enum EncoderFinding {
     /// Travel since time 0 [m].
     Travel(f64),
     /// Travel since time 0 [m], but the encoder counts from another zero; the travel since the last
@@ -112,7 +113,7 @@ pub enum EncoderFinding {
 
 impl EncoderFinding {
     /// Travel since time 0 [m].
-    pub fn travel(&self) -> f64 {
+    pub(super) fn travel(&self) -> f64 {
         match self {
             Self::Travel(travel) | Self::Reset(travel, _) => *travel,
         }
@@ -121,22 +122,22 @@ impl EncoderFinding {
 
 impl BeltEncoder {
     /// How often its zero has changed.
-    pub fn resets(&self) -> u64 {
+    pub(super) fn resets(&self) -> u64 {
         self.resets
     }
 
     /// How the belt moves if the reported speed differs.
-    pub fn slip(&self) -> Option<Slip> {
+    pub(super) fn slip(&self) -> Option<Slip> {
         self.slip
     }
 
     /// Its last reading, and what the belt has reported since.
-    pub fn since(&self) -> Option<Since> {
+    pub(super) fn since(&self) -> Option<Since> {
         self.since
     }
 
     /// Notes a reading at `time` [s], when the belt had travelled `travel` [m].
-    pub fn mark(&mut self, time: f64, travel: f64) {
+    pub(super) fn mark(&mut self, time: f64, travel: f64) {
         self.since = Some(Since {
             time,
             travel,
@@ -149,7 +150,7 @@ impl BeltEncoder {
 
     /// Notes a belt message, with or without a position, `gap` [s] after the previous one. In that
     /// time the reported speed was `said` and the estimated one `taken` [m/s].
-    pub fn pass(&mut self, gap: f64, said: f64, taken: f64) {
+    pub(super) fn pass(&mut self, gap: f64, said: f64, taken: f64) {
         if let Some(since) = &mut self.since {
             since.driven += said * gap;
             since.expected += taken * gap;
@@ -159,38 +160,16 @@ impl BeltEncoder {
     }
 
     /// Interprets `reading`.
-    pub fn read(&mut self, reading: &EncoderReading) -> EncoderFinding {
-        let EncoderReading {
-            position,
-            time,
-            before,
-            ..
-        } = *reading;
-        let expected = before.travel(time);
+    pub(super) fn read(&mut self, reading: &EncoderReading) -> EncoderFinding {
+        let (position, speed) = (reading.position, reading.speed);
         let Some(zero) = self.zero else {
+            let expected = reading.before.travel(reading.time);
             self.zero = Some(position - expected);
             return EncoderFinding::Travel(expected);
         };
-        // A restored state may lack the last reading; then use the last message.
-        let (last, said) = reading.heard.unwrap_or((time, before.speed));
-        let (from, stood, slowest, fastest) = match reading.since {
-            Some(since) => (since.time, since.travel, since.low, since.high),
-            None => (
-                last,
-                before.travel(last),
-                said.min(before.speed),
-                said.max(before.speed),
-            ),
-        };
-        let gap = time - from;
-        // The belt may have stood, or moved at any speed reported since the last reading, at the
-        // present one, or at the station file's.
-        let speed = reading.speed;
-        let usual = reading.nominal.copysign(speed);
-        let low = slowest.min(speed).min(usual).min(0.0) * gap;
-        let high = fastest.max(speed).max(usual).max(0.0) * gap;
+        let (stood, gap, plausible) = plausible_travel(reading);
         let moved = position - zero - stood;
-        if (low * (1.0 + SHARE) - JUMP..=high * (1.0 + SHARE) + JUMP).contains(&moved) {
+        if plausible.contains(&moved) {
             self.doubt = None;
             return EncoderFinding::Travel(position - zero);
         }
@@ -213,19 +192,57 @@ impl BeltEncoder {
                 return EncoderFinding::Travel(position - doubt.zero);
             }
         }
+        self.doubt = is_possible.then_some(Doubt { zero, speed: shown });
+        self.reset(reading)
+    }
+
+    /// Takes another zero, such that the travel is what the speeds say.
+    fn reset(&mut self, reading: &EncoderReading) -> EncoderFinding {
+        let (last, said) = last_message(reading);
+        let expected = reading.before.travel(reading.time);
         // The speed may have changed at any moment since the last message; the travel up to that
         // message is known.
-        let (change, unknown) = (speed - said, time - last);
+        let (change, unknown) = (reading.speed - said, reading.time - last);
         let travel = if change.abs() <= SHARE * said.abs() {
             expected
         } else {
             expected + 0.5 * change * unknown
         };
-        self.doubt = is_possible.then_some(Doubt { zero, speed: shown });
-        self.zero = Some(position - travel);
+        self.zero = Some(reading.position - travel);
         self.resets += 1;
         EncoderFinding::Reset(travel, (0.5 * change * unknown).abs())
     }
+}
+
+/// Time [s] and speed [m/s] of the last message. A restored state may lack it.
+fn last_message(reading: &EncoderReading) -> (f64, f64) {
+    reading
+        .heard
+        .unwrap_or((reading.time, reading.before.speed))
+}
+
+/// The travel at the last reading [m], the time since then [s], and the travel in that time that
+/// the reported speeds allow [m].
+fn plausible_travel(reading: &EncoderReading) -> (f64, f64, RangeInclusive<f64>) {
+    let before = reading.before;
+    let (from, stood, slowest, fastest) = match reading.since {
+        Some(since) => (since.time, since.travel, since.low, since.high),
+        // A restored state may lack the last reading; then use the last message.
+        None => {
+            let (last, said) = last_message(reading);
+            let (low, high) = (said.min(before.speed), said.max(before.speed));
+            (last, before.travel(last), low, high)
+        }
+    };
+    let gap = reading.time - from;
+    // The belt may have stood, or moved at any speed reported since the last reading, at the
+    // present one, or at the station file's.
+    let speed = reading.speed;
+    let usual = reading.nominal.copysign(speed);
+    let low = slowest.min(speed).min(usual).min(0.0) * gap;
+    let high = fastest.max(speed).max(usual).max(0.0) * gap;
+    let plausible = low * (1.0 + SHARE) - JUMP..=high * (1.0 + SHARE) + JUMP;
+    (stood, gap, plausible)
 }
 
 /// A moment to compare with: sums over all previous readings, without the resets.
@@ -241,7 +258,7 @@ struct EncoderMark {
 
 /// The readings of the last second, to compare the encoder with the speeds.
 #[derive(Debug, Clone, Default)]
-pub struct SpeedCheck {
+pub(super) struct SpeedCheck {
     marks: VecDeque<EncoderMark>,
     /// Deviations of single readings from the expected travel [m].
     steps: Spread,
@@ -253,12 +270,12 @@ pub struct SpeedCheck {
 
 impl SpeedCheck {
     /// Typical deviation of a single reading [m].
-    pub fn noise(&self) -> f64 {
+    pub(super) fn noise(&self) -> f64 {
         self.steps.level()
     }
 
     /// Counts readings in a row that contradict the speed. Returns whether to report that now.
-    pub fn contradicts(&mut self, is_reset: bool) -> bool {
+    pub(super) fn contradicts(&mut self, is_reset: bool) -> bool {
         self.contradictions = if is_reset {
             self.contradictions.saturating_add(1)
         } else {
@@ -268,7 +285,7 @@ impl SpeedCheck {
     }
 
     /// Notes that the speed has changed in a message without a position.
-    pub fn change(&mut self, encoder: &mut BeltEncoder) {
+    pub(super) fn change(&mut self, encoder: &mut BeltEncoder) {
         self.changed = true;
         if matches!(encoder.slip, Some(Slip::Speed(_))) {
             encoder.slip = None;
@@ -277,7 +294,7 @@ impl SpeedCheck {
 
     /// Compares a reading with the speeds. Their mean is `mean` [m/s], after a change or not; up to
     /// `dead` [m/s] the belt is stationary.
-    pub fn note(
+    pub(super) fn note(
         &mut self,
         encoder: &mut BeltEncoder,
         reading: &EncoderReading,

@@ -14,7 +14,7 @@ const SAME: f64 = 1e-9;
 
 /// A stretch of constant speed: from `from` on, the belt's travel is `travel + speed (t - from)`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct SpeedSegment {
+pub(super) struct SpeedSegment {
     /// Start time [s].
     pub from: f64,
     /// Travel at the start [m].
@@ -25,7 +25,7 @@ pub struct SpeedSegment {
 
 impl SpeedSegment {
     /// Travel at `time` [m].
-    pub fn travel(&self, time: f64) -> f64 {
+    pub(super) fn travel(&self, time: f64) -> f64 {
         self.travel + self.speed * (time - self.from)
     }
 }
@@ -36,7 +36,7 @@ impl SpeedSegment {
 /// that passes all of them within [`OFF`] are kept: the swinging door of E. H. Bristol (Swinging
 /// door trending: adaptive trend recording?, ISA National Conference, 1990, pp. 749-754).
 #[derive(Debug, Clone, Default)]
-pub struct History {
+pub(super) struct History {
     points: VecDeque<SpeedSegment>,
     /// Range of slopes [m/s] from the last point that pass all points omitted since.
     door: Option<(f64, f64)>,
@@ -45,7 +45,7 @@ pub struct History {
 impl History {
     /// Adds `previous`, which `next` follows, unless it can be omitted. Returns whether it was
     /// added.
-    pub fn push(&mut self, previous: SpeedSegment, next: &SpeedSegment) -> bool {
+    pub(super) fn push(&mut self, previous: SpeedSegment, next: &SpeedSegment) -> bool {
         let Some(last) = self.points.back() else {
             self.add(previous);
             return true;
@@ -73,7 +73,7 @@ impl History {
     }
 
     /// Adds the points of another history, and keeps the newest `kept` points.
-    pub fn extend(&mut self, new: Vec<SpeedSegment>, kept: usize) {
+    pub(super) fn extend(&mut self, new: Vec<SpeedSegment>, kept: usize) {
         self.points.extend(new);
         let surplus = self.points.len().saturating_sub(kept);
         self.points.drain(..surplus);
@@ -81,7 +81,7 @@ impl History {
     }
 
     /// Forgets the points that are too old at `time` [s].
-    pub fn forget(&mut self, time: f64) {
+    pub(super) fn forget(&mut self, time: f64) {
         // The point before the oldest time that can be requested is still needed.
         while self.points.get(1).is_some_and(|p| p.from < time - KEPT) {
             self.points.pop_front();
@@ -89,23 +89,23 @@ impl History {
     }
 
     /// Number of points.
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.points.len()
     }
 
     /// The newest `count` points.
-    pub fn newest(&self, count: usize) -> Vec<SpeedSegment> {
+    pub(super) fn newest(&self, count: usize) -> Vec<SpeedSegment> {
         let old = self.points.len().saturating_sub(count);
         self.points.range(old..).copied().collect()
     }
 
     /// Whether both have the same points.
-    pub fn is_same(&self, other: &Self) -> bool {
+    pub(super) fn is_same(&self, other: &Self) -> bool {
         self.points == other.points
     }
 
     /// Travel at `time` [m], before `newest` began.
-    pub fn travel(&self, time: f64, newest: &SpeedSegment) -> f64 {
+    pub(super) fn travel(&self, time: f64, newest: &SpeedSegment) -> f64 {
         let after = self.points.partition_point(|point| point.from <= time);
         let Some(held) = after.checked_sub(1).map(|held| self.points[held]) else {
             return self.points.front().unwrap_or(newest).travel(time);

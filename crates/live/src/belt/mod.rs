@@ -2,14 +2,15 @@
 
 mod encoder;
 mod history;
+mod learned;
 mod speed;
 
 use super::protocol::BeltState;
-use encoder::{BeltEncoder, EncoderFinding, EncoderReading, Slip, SpeedCheck};
+use encoder::{BeltEncoder, EncoderReading, Slip};
 use history::{History, SpeedSegment};
-use pickline::error::{rounded, shown_number};
+use learned::Learned;
 use serde::{Deserialize, Serialize};
-use speed::{FRESH, SpeedMean};
+use speed::FRESH;
 
 /// Planned speed of a stationary belt [m/s]: a station's belt cannot be slower.
 const STANDING: f64 = 1e-6;
@@ -17,29 +18,12 @@ const STANDING: f64 = 1e-6;
 /// stationary: the reading is noise.
 const DEAD_SHARE: f64 = 0.01;
 const MOST_DEAD: f64 = 5e-3;
-/// Plans are renewed when the belt is further from its planned position than this [m] and than
-/// noise explains. Noise explains at most the second value [m].
-const DRIFT: f64 = 1e-3;
-const MOST_DRIFT: f64 = 5e-3;
 /// Plans are also renewed when the speed differs from the planned one by more than this share and
 /// than noise explains.
 const SPEED_CHANGE: f64 = 0.01;
-/// Noise explains deviations up to this many standard deviations.
-const DEVIATIONS: f64 = 3.0;
-/// Noise of the speed adds up over this time [s]: about the life of a task.
-const HORIZON: f64 = 1.0;
-/// An encoder that differs from the speed by more than this share, for [`TOLD_AFTER`] [s], is
-/// reported; and again when the share has changed by as much.
-const TOLD: f64 = 0.02;
-const TOLD_AFTER: f64 = 2.0;
-/// Rounding error of that share over the sums of many messages.
-const ROUNDING: f64 = 1e-6;
-/// An encoder reset after which items may be off by more than this [m] is reported.
-const UNSURE: f64 = 0.01;
-
 /// What a belt message has changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BeltChange {
+pub(crate) enum BeltChange {
     /// Nothing that matters: plans remain valid.
     None,
     /// The belt is not at its planned position.
@@ -54,7 +38,7 @@ pub enum BeltChange {
 /// of the last minute is within a fraction of a millimetre of the measurement; a speed within the
 /// dead band is 0.
 #[derive(Debug, Clone)]
-pub struct BeltMotion {
+pub(crate) struct BeltMotion {
     /// The measured stretches before the newest one.
     history: History,
     /// Everything else that survives a restart.
@@ -65,7 +49,7 @@ pub struct BeltMotion {
 
 /// What is known of the belt besides its history.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct BeltPlan {
+pub(crate) struct BeltPlan {
     /// Number of stretches ever added to the history.
     measured: u64,
     /// The speed in the station file [m/s].
@@ -84,35 +68,9 @@ pub struct BeltPlan {
     last: Option<(f64, f64)>,
 }
 
-/// The noise of the belt messages. It is learned within about ten messages.
-#[derive(Debug, Clone)]
-struct Learned {
-    speed: SpeedMean,
-    comparison: SpeedCheck,
-    /// Beyond this deviation [m] the belt is not at its planned position.
-    drift: f64,
-    /// Since when the encoder differs from the speed [s], and the share that was reported.
-    differs: Option<f64>,
-    told: Option<f64>,
-    remarks: Vec<String>,
-}
-
-impl Learned {
-    fn new(mean: f64, nominal: f64) -> Self {
-        Self {
-            speed: SpeedMean::new(mean, dead_band(nominal)),
-            comparison: SpeedCheck::default(),
-            drift: DRIFT,
-            differs: None,
-            told: None,
-            remarks: Vec::new(),
-        }
-    }
-}
-
 /// How the motion differs from an earlier one, identified by its [`BeltPlan`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct MotionChange {
+pub(crate) struct MotionChange {
     /// Stretches added to the history since then.
     new: Vec<SpeedSegment>,
     /// Number of newest stretches that are kept now.
@@ -134,7 +92,7 @@ fn dead_band(nominal: f64) -> f64 {
 
 impl BeltMotion {
     /// A belt that moves at `speed` [m/s] until it reports otherwise.
-    pub fn new(speed: f64) -> Self {
+    pub(crate) fn new(speed: f64) -> Self {
         let stretch = SpeedSegment {
             from: 0.0,
             travel: 0.0,
@@ -152,17 +110,17 @@ impl BeltMotion {
                 encoder: BeltEncoder::default(),
                 last: None,
             },
-            learned: Learned::new(speed, speed),
+            learned: Learned::new(speed, dead_band(speed)),
         }
     }
 
     /// The present state, for a later comparison with [`BeltMotion::change`].
-    pub fn plan(&self) -> BeltPlan {
+    pub(crate) fn plan(&self) -> BeltPlan {
         self.plan
     }
 
     /// What has changed since the plan was `before`; everything if there was none.
-    pub fn change(&self, before: Option<BeltPlan>) -> Option<MotionChange> {
+    pub(crate) fn change(&self, before: Option<BeltPlan>) -> Option<MotionChange> {
         if before == Some(self.plan) {
             return None;
         }
@@ -177,44 +135,41 @@ impl BeltMotion {
     }
 
     /// Applies the change of another motion.
-    pub fn apply(&mut self, change: MotionChange) {
+    pub(crate) fn apply(&mut self, change: MotionChange) {
         self.history.extend(change.new, change.kept);
         self.plan = change.plan;
-        self.learned = Learned::new(self.plan.mean, self.plan.nominal);
+        self.learned = Learned::new(self.plan.mean, dead_band(self.plan.nominal));
     }
 
     /// Whether the belt has ever been heard.
-    pub fn is_heard(&self) -> bool {
+    pub(crate) fn is_heard(&self) -> bool {
         self.plan.last.is_some()
     }
 
     /// How often the encoder's zero has changed.
-    pub fn encoder_resets(&self) -> u64 {
+    pub(crate) fn encoder_resets(&self) -> u64 {
         self.plan.encoder.resets()
     }
 
     /// Takes the warnings about the belt since the last call.
-    pub fn take_remarks(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.learned.remarks)
+    pub(crate) fn take_remarks(&mut self) -> Vec<String> {
+        self.learned.take_remarks()
     }
 
     /// Handles the message `belt`, measured at `time` [s].
-    pub fn hear(&mut self, time: f64, belt: &BeltState) -> BeltChange {
+    pub(crate) fn hear(&mut self, time: f64, belt: &BeltState) -> BeltChange {
         let heard = self.plan.last;
         if heard.is_some_and(|(last, _)| time < last) {
             return BeltChange::Late;
         }
         self.plan.last = Some((time, belt.speed));
-        let dead = dead_band(self.plan.nominal);
         let gap = heard.map(|(last, _)| time - last);
         let changed = self.learned.speed.note(belt.speed, gap);
-        let mean = self.learned.speed.mean();
         let before = self.plan.newest;
-        let expected = before.travel(time);
-        let mut travel = expected;
         if let Some((last, said)) = heard {
             self.plan.encoder.pass(time - last, said, before.speed);
         }
+        let mut travel = before.travel(time);
         if let Some(position) = belt.position {
             let reading = EncoderReading {
                 position,
@@ -225,42 +180,18 @@ impl BeltMotion {
                 speed: belt.speed,
                 nominal: self.plan.nominal,
             };
-            let found = self.read(&reading);
-            travel = found.travel();
-            let means = (mean, changed, dead);
-            let encoder = &mut self.plan.encoder;
-            self.learned
-                .comparison
-                .note(encoder, &reading, found, means);
-            self.compare(time, mean);
+            travel = self.read(&reading, changed);
         } else if changed {
             self.learned.comparison.change(&mut self.plan.encoder);
         }
-        let stands = |speed: f64| speed.abs() <= dead;
-        let (speed, mean) = match self.plan.encoder.slip() {
-            Some(Slip::Ratio(ratio)) => (ratio * mean, ratio * mean),
-            Some(Slip::Speed(speed)) => (speed, speed),
-            None if stands(mean) => (0.0, 0.0),
-            None => (belt.speed, mean),
+        let speed = self.take_speed(belt.speed);
+        self.learned.learn_drift(gap, belt.position.is_some());
+        let next = SpeedSegment {
+            from: time,
+            travel,
+            speed,
         };
-        self.plan.mean = if stands(mean) { 0.0 } else { mean };
-        let speed = if stands(speed) { 0.0 } else { speed };
-        self.learned.drift = self.noise(gap, belt.position.is_some());
-        // If nothing has changed, the first stretch stays, so that rounding errors do not add up.
-        let same = before.speed == speed && (travel - expected).abs() < 1e-9;
-        if !same {
-            let next = SpeedSegment {
-                from: time,
-                travel,
-                speed,
-            };
-            // The station file's speed before the first message is not a measurement.
-            if heard.is_some() && self.history.push(before, &next) {
-                self.plan.measured += 1;
-            }
-            self.plan.newest = next;
-            self.history.forget(time);
-        }
+        self.add(next, heard.is_some());
         if belt.position.is_some() {
             let travel = self.plan.newest.travel(time);
             self.plan.encoder.mark(time, travel);
@@ -272,78 +203,49 @@ impl BeltMotion {
         }
     }
 
-    fn read(&mut self, reading: &EncoderReading) -> EncoderFinding {
-        let zeroed = self.plan.encoder.read(reading);
-        let is_reset = matches!(zeroed, EncoderFinding::Reset(..));
-        let (last, said) = reading.heard.unwrap_or((reading.time, reading.speed));
-        let gap = rounded(reading.time - last, 3);
-        let (from, to) = (rounded(said, 3), rounded(reading.speed, 3));
-        if self.learned.comparison.contradicts(is_reset) {
-            let since = reading.since.map_or(last, |since| since.time);
-            let gap = rounded(reading.time - since, 3);
-            self.learned.remarks.push(format!(
-                "the encoder keeps contradicting the belt's speed: at {to} m/s it shows {} m after \
-                 {gap} s, which is not possible; positions follow from the speed\n  check its \
-                 sign, its unit (m) and its range",
-                shown_number(reading.position),
-            ));
-        }
-        if let EncoderFinding::Reset(_, unsure) = zeroed
-            && unsure > UNSURE
-        {
-            let unsure = rounded(unsure, 2);
-            self.learned.remarks.push(format!(
-                "the encoder was set to another zero while the belt went from {from} to {to} m/s, \
-                 in {gap} s without a message: items seen before may be off by {unsure} m\n  have \
-                 the encoder keep its count, or send belt messages more often"
-            ));
-        }
-        zeroed
+    /// Reads the encoder; `changed` says whether the reported speed has changed. Returns the travel
+    /// since time 0 [m].
+    fn read(&mut self, reading: &EncoderReading, changed: bool) -> f64 {
+        let encoder = &mut self.plan.encoder;
+        let found = encoder.read(reading);
+        self.learned.note_reading(reading, found);
+        let mean = self.learned.speed.mean();
+        let means = (mean, changed, dead_band(self.plan.nominal));
+        self.learned.comparison.note(encoder, reading, found, means);
+        self.learned.compare(encoder.slip(), reading.time, mean);
+        found.travel()
     }
 
-    /// Reports an encoder that has differed from the speed for some time.
-    fn compare(&mut self, time: f64, mean: f64) {
-        let measured = match self.plan.encoder.slip() {
-            None => {
-                (self.learned.differs, self.learned.told) = (None, None);
-                return;
-            }
-            Some(Slip::Ratio(ratio)) => ratio * mean,
-            Some(Slip::Speed(speed)) => speed,
+    /// Takes the mean speed from the reported speed and the encoder. Returns the speed now [m/s],
+    /// of which `reported` was the last report.
+    fn take_speed(&mut self, reported: f64) -> f64 {
+        let dead = dead_band(self.plan.nominal);
+        let moving = |speed: f64| if speed.abs() <= dead { 0.0 } else { speed };
+        let mean = self.learned.speed.mean();
+        let (speed, mean) = match self.plan.encoder.slip() {
+            Some(Slip::Ratio(ratio)) => (ratio * mean, ratio * mean),
+            Some(Slip::Speed(speed)) => (speed, speed),
+            None if mean.abs() <= dead => (0.0, 0.0),
+            None => (reported, mean),
         };
-        let since = *self.learned.differs.get_or_insert(time);
-        let share = if mean == 0.0 {
-            1.0
-        } else {
-            measured / mean - 1.0
-        };
-        let is_news = self
-            .learned
-            .told
-            .is_none_or(|told| (share - told).abs() > TOLD);
-        if time - since < TOLD_AFTER || share.abs() < TOLD - ROUNDING || !is_news {
+        self.plan.mean = moving(mean);
+        moving(speed)
+    }
+
+    /// Adds a measured stretch. The one before the first message is not a measurement but the
+    /// station file's speed: `was_heard` says whether there was a message before.
+    fn add(&mut self, next: SpeedSegment, was_heard: bool) {
+        let before = self.plan.newest;
+        let expected = before.travel(next.from);
+        // If nothing has changed, the first stretch stays, so that rounding errors do not add up.
+        if before.speed == next.speed && (next.travel - expected).abs() < 1e-9 {
             return;
         }
-        self.learned.told = Some(share);
-        let (set, shown) = (rounded(mean, 3), rounded(measured, 3));
-        let percent = format!("{:+.1} %", 100.0 * share);
-        self.learned.remarks.push(format!(
-            "the belt reports {set} m/s but its encoder shows {shown} m/s ({percent}): plans use \
-             the encoder\n  check the drive's speed and the encoder's scale"
-        ));
-    }
-
-    /// How far noise may put the belt from its planned position [m], if messages come every `gap`
-    /// [s].
-    fn noise(&self, gap: Option<f64>, has_encoder: bool) -> f64 {
-        let noise = if has_encoder {
-            2.0 * self.learned.comparison.noise()
-        } else {
-            // A random walk: the travel is the sum over the speeds.
-            let steps = gap.unwrap_or(0.0).min(FRESH) * HORIZON;
-            DEVIATIONS * self.learned.speed.noise() * steps.sqrt()
-        };
-        noise.clamp(DRIFT, MOST_DRIFT)
+        if was_heard && self.history.push(before, &next) {
+            self.plan.measured += 1;
+        }
+        self.plan.newest = next;
+        self.history.forget(next.from);
     }
 
     /// The speed at `time` [s]: the mean while messages come, the last reported speed afterwards.
@@ -355,18 +257,18 @@ impl BeltMotion {
     }
 
     /// Whether the belt at `time` [s] is not at its planned position.
-    pub fn is_off(&self, time: f64) -> bool {
+    pub(crate) fn is_off(&self, time: f64) -> bool {
         let (real, planned) = (self.plan.newest, self.plan.planned);
         let speed = self.estimate(time);
-        let off = (real.travel(time) - planned.travel(time)).abs() > self.learned.drift;
+        let off = (real.travel(time) - planned.travel(time)).abs() > self.learned.drift();
         let faster = (speed.max(STANDING) - planned.speed).abs();
-        let noise = DEVIATIONS * self.learned.speed.doubt();
+        let noise = self.learned.speed_noise();
         off || faster > noise.max(SPEED_CHANGE * planned.speed)
             || (speed < 0.0) != self.plan.backwards
     }
 
     /// Renews the plan from `time` [s] on with the newest measurement.
-    pub fn plan_again(&mut self, time: f64) {
+    pub(crate) fn plan_again(&mut self, time: f64) {
         let speed = self.estimate(time);
         self.plan.backwards = speed < 0.0;
         self.plan.planned = SpeedSegment {
@@ -377,7 +279,7 @@ impl BeltMotion {
     }
 
     /// Travel from time 0 to `time` [s], by the measurements around it [m].
-    pub fn travel(&self, time: f64) -> f64 {
+    pub(crate) fn travel(&self, time: f64) -> f64 {
         let newest = &self.plan.newest;
         if time >= newest.from {
             newest.travel(time)
@@ -387,23 +289,23 @@ impl BeltMotion {
     }
 
     /// Whether the belt is stationary, by the newest measurement.
-    pub fn stands(&self) -> bool {
+    pub(crate) fn stands(&self) -> bool {
         self.speed() == 0.0
     }
 
     /// The measured speed [m/s]; 0 within the dead band.
-    pub fn speed(&self) -> f64 {
+    pub(crate) fn speed(&self) -> f64 {
         self.plan.mean
     }
 
     /// The planned speed [m/s], above 0.
-    pub fn planned_speed(&self) -> f64 {
+    pub(crate) fn planned_speed(&self) -> f64 {
         self.plan.planned.speed
     }
 
     /// Offset from an item's place on the belt to its x at time 0, if the belt had always moved at
     /// the planned speed [m].
-    pub fn planned_offset(&self) -> f64 {
+    pub(crate) fn planned_offset(&self) -> f64 {
         let planned = self.plan.planned;
         planned.travel - planned.speed * planned.from
     }

@@ -2,7 +2,7 @@
 
 /// A difference between messages that are further apart than this [s] is a change, not noise. After
 /// a silence of this time the last message holds.
-pub const FRESH: f64 = 1.0;
+pub(super) const FRESH: f64 = 1.0;
 /// Number of deviations in the window for the spread.
 const WINDOW: usize = 15;
 /// With fewer deviations than this there is no spread.
@@ -24,7 +24,7 @@ const FAR: f64 = 6.0;
 /// The size of the last deviations without the largest quarter, because a single change is not
 /// noise.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Spread {
+pub(super) struct Spread {
     values: [f64; WINDOW],
     len: usize,
     next: usize,
@@ -32,14 +32,14 @@ pub struct Spread {
 
 impl Spread {
     /// Adds a deviation.
-    pub fn note(&mut self, value: f64) {
+    pub(super) fn note(&mut self, value: f64) {
         self.values[self.next] = value.abs();
         self.next = (self.next + 1) % WINDOW;
         self.len = WINDOW.min(self.len + 1);
     }
 
     /// The upper quartile of the deviations; 0 while there are too few.
-    pub fn level(&self) -> f64 {
+    pub(super) fn level(&self) -> f64 {
         if self.len < LEAST {
             return 0.0;
         }
@@ -78,7 +78,7 @@ impl DeviationSum {
 ///
 /// Without noise, every different value is a change, and the mean is the last value.
 #[derive(Debug, Clone, Copy)]
-pub struct SpeedMean {
+pub(super) struct SpeedMean {
     mean: f64,
     /// Speeds up to this are noise around 0 [m/s].
     dead: f64,
@@ -96,7 +96,7 @@ pub struct SpeedMean {
 impl SpeedMean {
     /// A mean that starts at `mean` [m/s] before any message; speeds up to `dead` [m/s] are noise
     /// around 0.
-    pub fn new(mean: f64, dead: f64) -> Self {
+    pub(super) fn new(mean: f64, dead: f64) -> Self {
         Self {
             mean,
             dead,
@@ -109,13 +109,13 @@ impl SpeedMean {
         }
     }
 
-    /// The mean [m/s].
-    pub fn mean(&self) -> f64 {
+    /// The mean of the reported speed since it last changed [m/s].
+    pub(super) fn mean(&self) -> f64 {
         self.mean
     }
 
     /// Standard deviation of a single message [m/s].
-    pub fn noise(&self) -> f64 {
+    pub(super) fn noise(&self) -> f64 {
         // A second difference has sqrt(6) times the standard deviation of a single value, and three
         // quarters of a normal distribution lie within 1.15 standard deviations.
         let noise = self.level / (1.15 * 6_f64.sqrt());
@@ -123,13 +123,13 @@ impl SpeedMean {
     }
 
     /// Standard deviation of the mean [m/s].
-    pub fn doubt(&self) -> f64 {
+    pub(super) fn doubt(&self) -> f64 {
         self.noise() / f64::from(self.count).sqrt()
     }
 
     /// Adds a speed [m/s], measured `gap` [s] after the previous one, if there was one. Returns
     /// whether the speed has changed.
-    pub fn note(&mut self, speed: f64, gap: Option<f64>) -> bool {
+    pub(super) fn note(&mut self, speed: f64, gap: Option<f64>) -> bool {
         let is_apart = gap.is_none_or(|gap| gap > FRESH);
         if is_apart {
             self.before = [None; 2];

@@ -15,15 +15,6 @@ impl Controller {
         }
     }
 
-    /// With message time: notes that no further message comes.
-    pub fn finish(&mut self) {
-        if self.stamps.clock.kind == ClockKind::Messages {
-            self.resolve_last();
-            self.close_picture();
-            self.settle(self.stamps.now(), true);
-        }
-    }
-
     /// Timestamp of what is due next if no message comes [s].
     pub fn next_stamp(&mut self) -> Option<f64> {
         self.next_due()

@@ -70,4 +70,11 @@ impl Controller {
     pub fn latency(&self) -> crate::protocol::Latency {
         self.decider.latency()
     }
+
+    /// Picks of each robot so far and whether it is busy, upstream first.
+    pub fn workload(&self) -> impl Iterator<Item = (u64, bool)> + '_ {
+        let now = self.stamps.now();
+        let robots = self.fleet.iter();
+        robots.map(move |(_, info)| (info.picked, info.state(now) == "busy"))
+    }
 }

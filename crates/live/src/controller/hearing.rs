@@ -34,6 +34,34 @@ impl Controller {
         result
     }
 
+    /// Handles a message, as [`Controller::handle`] does, that arrived at `received` [s since 1970]
+    /// by the clock of [`Controller::advance`].
+    ///
+    /// # Errors
+    /// As for [`Controller::handle`].
+    pub fn hear(&mut self, message: Incoming, received: f64) -> Result<HandledAs, Rejected> {
+        self.received = Some(received);
+        let result = self.handle(message);
+        self.received = None;
+        result
+    }
+
+    /// With message time: notes that no further message comes.
+    pub fn finish(&mut self) {
+        if self.stamps.clock.kind == ClockKind::Messages {
+            self.resolve_last();
+            self.close_picture();
+            self.settle(self.stamps.now(), true);
+        }
+    }
+
+    /// Ends the line: from now on no task is given, and no message comes.
+    pub fn stop(&mut self) {
+        self.stopping = true;
+        self.resolve_last();
+        self.close_picture();
+    }
+
     fn take(&mut self, mut message: Incoming) -> Result<HandledAs, Rejected> {
         if self.stamps.clock.kind == ClockKind::System {
             self.map_stamps(&mut message)?;
@@ -58,7 +86,7 @@ impl Controller {
     }
 
     /// Resolves the message held back, as no further message comes.
-    pub(super) fn resolve_last(&mut self) {
+    fn resolve_last(&mut self) {
         if let Some((held, confirmed)) = self.stamps.take_held_back(None) {
             self.resolve(held, confirmed);
         }

@@ -3,6 +3,7 @@
 //! It has no clock, thread or socket and prints nothing: its caller hands it messages and the time,
 //! and sends its output. It decides with the same code that a simulation runs.
 
+mod config;
 mod decide;
 mod drive;
 mod due;
@@ -30,7 +31,7 @@ use super::drive::Drive;
 use super::operation::Operation;
 use super::protocol::{Outgoing, Rejected, Rejection, SourceKind};
 use super::robots::Fleet;
-use super::sources::{SourceKey, Sources, Timeouts};
+use super::sources::{SourceKey, Sources};
 use super::stamps::Stamps;
 use super::tally::Tally;
 use super::tasks::Tasks;
@@ -42,69 +43,8 @@ use pickline::station::Station;
 use picture::Picture;
 use reported::Reported;
 
+pub use config::Config;
 pub use hearing::HandledAs;
-
-/// Settings of the controller beyond the model.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Config {
-    /// Where the time comes from.
-    pub clock: ClockKind,
-    /// Detections within this distance of an item show that item, unless something else is known
-    /// [m].
-    pub tolerance: f64,
-    /// An unacknowledged task is sent again after this time [s].
-    pub ack_timeout: f64,
-    /// A result that is overdue by this time is no longer waited for [s].
-    pub result_timeout: f64,
-    /// Number of attempts at an item before it is given up.
-    pub most_attempts: u32,
-    /// Maximum number of items on the belt; further ones are refused.
-    pub most_items: usize,
-    /// With message time, the interval of statuses [s]; 0 is never. With the system clock the
-    /// caller requests them.
-    pub status_every: f64,
-    /// The strategy sees items from this x on [m]; a robot may leave for an item before that.
-    pub view_from: f64,
-    /// Times of silence after which the belt or a robot is no longer relied on.
-    pub timeouts: Timeouts,
-    /// By how much the timestamps of pictures are late [s].
-    pub camera_delay: f64,
-    /// How long before its start a task is decided, for each robot [s]: the time that it takes to
-    /// reach the arm. Robots beyond the list have 0.
-    pub lead: Vec<f64>,
-    /// Whether the drive may be requested to stop the belt while no robot takes tasks, and before
-    /// an item would be lost.
-    pub may_stop_belt: bool,
-    /// How long before an item would be lost the belt is requested to stop [s].
-    pub stop_margin: f64,
-}
-
-impl Default for Config {
-    fn default() -> Self {
-        Self {
-            clock: ClockKind::System,
-            tolerance: 0.015,
-            ack_timeout: 1.0,
-            result_timeout: 5.0,
-            most_attempts: 3,
-            most_items: 100_000,
-            status_every: 0.0,
-            view_from: 0.0,
-            timeouts: Timeouts::default(),
-            camera_delay: 0.0,
-            lead: Vec::new(),
-            may_stop_belt: false,
-            stop_margin: 0.5,
-        }
-    }
-}
-
-impl Config {
-    /// How long before its start a task of this robot is decided [s].
-    pub fn lead_of(&self, robot: usize) -> f64 {
-        self.lead.get(robot).copied().unwrap_or(0.0)
-    }
-}
 
 /// The state of a live line, and the output that is not yet taken.
 ///
@@ -116,7 +56,7 @@ pub struct Controller {
     layout: String,
     /// The belt and its items.
     world: World,
-    /// The robots.
+    /// What is known of each robot.
     fleet: Fleet,
     /// The tasks given so far.
     tasks: Tasks,
@@ -130,11 +70,11 @@ pub struct Controller {
     received: Option<f64>,
     /// How far from the expected positions robots find items.
     aim: Aim,
-    /// The counted events.
+    /// How many items were seen, picked and missed, and how often unusual events happened.
     tally: Tally,
     /// Checks for values that are most likely wrong.
     doubts: Doubts,
-    /// The strategy.
+    /// The strategy, and how long its decisions take.
     decider: Decider,
     /// Detections of the picture that may still be incomplete.
     picture: Picture,
@@ -207,13 +147,6 @@ impl Controller {
         std::mem::take(&mut self.output)
     }
 
-    /// Ends the line: from now on no task is given, and no message comes.
-    pub fn stop(&mut self) {
-        self.stopping = true;
-        self.resolve_last();
-        self.close_picture();
-    }
-
     /// Counts a line that was refused before it was decoded.
     pub fn count_rejected(&mut self, reason: Rejection) {
         self.tally.reject(reason);
@@ -238,6 +171,28 @@ impl Controller {
     /// The time now [s], 0 at the first message.
     pub fn now(&self) -> f64 {
         self.stamps.now()
+    }
+
+    /// From now on these robots get no task, and none of theirs is sent again: no peer is there to
+    /// deliver it, or the peer lags behind.
+    pub fn hold(&mut self, robots: &[usize]) {
+        self.held.clear();
+        self.held.extend_from_slice(robots);
+    }
+
+    /// Whether a robot is held, so that it gets no task at the moment.
+    fn is_held(&self, robot: usize) -> bool {
+        self.held.contains(&robot)
+    }
+
+    /// The timestamp [s] of a controller time [s] by the clock of `robot`.
+    fn stamp_for(&self, robot: usize, time: f64) -> f64 {
+        self.stamps.clock.stamp(time) - self.sources.shift(&self.robot_keys[robot])
+    }
+
+    /// The timestamp [s] of a controller time [s] by the machine's clock.
+    fn stamp_of(&self, time: f64) -> f64 {
+        self.stamps.clock.stamp(time) + self.sources.ahead()
     }
 
     fn note(&mut self, what: &'static str) {

@@ -10,18 +10,6 @@ use crate::protocol::Incoming;
 const MOST_RESULT_TIMEOUTS: f64 = 12.0;
 
 impl Controller {
-    /// From now on these robots get no task, and none of theirs is sent again: no peer is there to
-    /// deliver it, or the peer lags behind.
-    pub fn hold(&mut self, robots: &[usize]) {
-        self.held.clear();
-        self.held.extend_from_slice(robots);
-    }
-
-    /// Whether a robot is held, so that it gets no task at the moment.
-    pub(super) fn is_held(&self, robot: usize) -> bool {
-        self.held.contains(&robot)
-    }
-
     /// Index of the robot that sends `message`, or to which an order applies. None if the message
     /// is not from a robot, or the robot or task is unknown.
     pub fn robot_of(&self, message: &Incoming) -> Option<usize> {

@@ -18,13 +18,13 @@ pub(super) struct Picture {
 
 impl Picture {
     /// Whether a detection of `source` at `time` [s] belongs to this picture.
-    pub fn takes(&self, source: Option<&str>, time: f64) -> bool {
+    pub(super) fn takes(&self, source: Option<&str>, time: f64) -> bool {
         let is_same = |first: &PlacedDetection| first.time == time && first.source() == source;
         self.seen.first().is_some_and(is_same) && self.seen.len() < MOST_TOGETHER
     }
 
     /// A picture that holds only detections that wait for the belt.
-    pub fn restore(waiting: Vec<(f64, Detection)>) -> Self {
+    pub(super) fn restore(waiting: Vec<(f64, Detection)>) -> Self {
         Self {
             seen: Vec::new(),
             waiting,

@@ -5,21 +5,7 @@ use crate::protocol::{Incoming, Rejected, Rejection, RobotState, SourceKind};
 use crate::sources::{ClockStep, SourceKey};
 use pickline::error::{rounded, shown, shown_number};
 
-use super::hearing::HandledAs;
-
 impl Controller {
-    /// Handles a message, as [`Controller::handle`] does, that arrived at `received` [s since 1970]
-    /// by the clock of [`Controller::advance`].
-    ///
-    /// # Errors
-    /// As for [`Controller::handle`].
-    pub fn hear(&mut self, message: Incoming, received: f64) -> Result<HandledAs, Rejected> {
-        self.received = Some(received);
-        let result = self.handle(message);
-        self.received = None;
-        result
-    }
-
     /// With the system clock: notes that the machine's clock was set and is `ahead` [s] of the
     /// steady clock of [`Controller::advance`]. Open tasks are sent again, because their timestamps
     /// are by the old clock.
@@ -128,15 +114,5 @@ impl Controller {
         };
         let received = self.received.map(|stamp| self.stamps.clock.time(stamp));
         self.sources.hear(&key, received.unwrap_or(time), says);
-    }
-
-    /// The timestamp [s] of a controller time [s] by the clock of `robot`.
-    pub(super) fn stamp_for(&self, robot: usize, time: f64) -> f64 {
-        self.stamps.clock.stamp(time) - self.sources.shift(&self.robot_keys[robot])
-    }
-
-    /// The timestamp [s] of a controller time [s] by the machine's clock.
-    pub(super) fn stamp_of(&self, time: f64) -> f64 {
-        self.stamps.clock.stamp(time) + self.sources.ahead()
     }
 }

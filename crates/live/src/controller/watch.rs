@@ -64,13 +64,6 @@ impl Controller {
         view
     }
 
-    /// Picks of each robot so far and whether it is busy, upstream first.
-    pub fn workload(&self) -> impl Iterator<Item = (u64, bool)> + '_ {
-        let now = self.stamps.now();
-        let robots = self.fleet.iter();
-        robots.map(move |(_, info)| (info.picked, info.state(now) == "busy"))
-    }
-
     fn robot_after(&self, tracked: &Tracked) -> Option<usize> {
         let task = tracked.claimed_by()?;
         self.tasks.get(task).map(|claim| claim.robot)

@@ -1,153 +1,167 @@
 //! The emulated robots: they take tasks, meet items and report results.
 
+use super::line::EmulatedLine;
+use super::schedule::{EmulatorEvent, EmulatorSchedule};
 use super::trouble::FaultDraw;
-use super::{Emulator, EmulatorEvent};
-use crate::protocol::{
-    Ack, BeltPoint, Cancel, Incoming, Outgoing, ResultMessage, RobotState, Task, Verdict,
-};
+use crate::protocol::{Ack, BeltPoint, Cancel, Incoming, ResultMessage, RobotState, Task, Verdict};
 use pickline::kinematics::{distance, meeting_range, travel_time};
+use std::collections::HashMap;
 
 /// The gripper grasps an item within this distance of its centre [m].
 const GRIP: f64 = 0.01;
 /// A robot that leaves more than this [s] after its `start` computes another meeting point.
 const LATE: f64 = 1e-9;
 
-impl Emulator {
-    /// Handles a message from the node, now.
-    pub fn receive(&mut self, message: Outgoing) {
-        match message {
-            Outgoing::Task(task) => self.take_task(task),
-            Outgoing::Cancel(cancel) => self.take_cancel(&cancel),
-            Outgoing::BeltRequest(_) | Outgoing::Status(_) | Outgoing::Due(_) => {}
+/// An emulated robot.
+#[derive(Debug, Clone, Default)]
+struct EmulatedRobot {
+    down: bool,
+    task: Option<Task>,
+    /// Whether it has already met the item.
+    met: bool,
+}
+
+/// The robots of an emulated station, the items that they have taken, and the results of their
+/// tasks.
+#[derive(Debug)]
+pub(super) struct EmulatedRobots {
+    robots: Vec<EmulatedRobot>,
+    /// The items of the pattern by id.
+    numbers: HashMap<String, usize>,
+    taken: Vec<bool>,
+    attempts: Vec<u32>,
+    /// The result of each task that is over.
+    results: HashMap<u64, ResultMessage>,
+    picked: Vec<(usize, String)>,
+    stranded: usize,
+    broken: Vec<String>,
+}
+
+impl EmulatedRobots {
+    /// The robots of `line`, without tasks.
+    pub(super) fn new(line: &EmulatedLine) -> Self {
+        let items = line.pattern.len();
+        let ids = line.pattern.items().iter().map(|item| item.id.clone());
+        Self {
+            robots: vec![EmulatedRobot::default(); line.station.robots().len()],
+            numbers: ids.zip(0..).collect(),
+            taken: vec![false; items],
+            attempts: vec![0; items],
+            results: HashMap::new(),
+            picked: Vec::new(),
+            stranded: 0,
+            broken: Vec::new(),
         }
     }
 
-    fn index_of(&self, name: &str) -> Option<usize> {
-        self.station
-            .robots()
-            .iter()
-            .position(|robot| robot.name == name)
+    /// Whether any robot has a task.
+    pub(super) fn are_at_work(&self) -> bool {
+        self.robots.iter().any(|robot| robot.task.is_some())
     }
 
-    fn take_task(&mut self, mut task: Task) {
-        for time in [
-            &mut task.decided_at,
-            &mut task.start,
-            &mut task.earliest_start,
-            &mut task.latest_start,
-            &mut task.meet_at,
-            &mut task.free_at,
-        ] {
-            *time -= self.origin;
-        }
-        let Some(robot) = self.index_of(&task.robot) else {
+    /// The picks: index of the robot and id of the item, in the order of the grasps.
+    pub(super) fn picked(&self) -> &[(usize, String)] {
+        &self.picked
+    }
+
+    /// Number of items that were in a gripper when the robot broke down.
+    pub(super) fn stranded(&self) -> usize {
+        self.stranded
+    }
+
+    /// The node's violations of the protocol's guarantees.
+    pub(super) fn broken_promises(&self) -> &[String] {
+        &self.broken
+    }
+
+    /// Handles a task from the node, whose times are by the emulator's clock.
+    pub(super) fn take_task(
+        &mut self,
+        line: &EmulatedLine,
+        schedule: &mut EmulatorSchedule,
+        mut task: Task,
+    ) {
+        let Some(robot) = index_of(line, &task.robot) else {
             self.broken
                 .push(format!("task {} is for an unknown robot", task.id));
             return;
         };
-        let others = self
-            .arms
-            .iter()
-            .enumerate()
-            .filter(|(index, _)| *index != robot);
-        let same_item = |other: &Task| other.item == task.item;
-        if others
-            .filter_map(|(_, arm)| arm.task.as_ref())
-            .any(same_item)
-        {
+        let others = self.robots.iter().enumerate();
+        let others = others.filter(|(index, _)| *index != robot);
+        let mut open = others.filter_map(|(_, robot)| robot.task.as_ref());
+        if open.any(|other| other.item == task.item) {
             self.broken.push(format!(
                 "two robots have open tasks for item {} at once",
                 task.item
             ));
         }
-        if self.arms[robot].down {
+        if self.robots[robot].down {
             return;
         }
         if let Some(report) = self.results.get(&task.id) {
             // Already done, but the node has not received the result.
-            self.send(Incoming::Result(*report));
+            schedule.send(Incoming::Result(*report));
             return;
         }
-        let current = self.arms[robot].task.as_ref();
+        let current = self.robots[robot].task.as_ref();
         let busy = current.is_some();
         if let Some(revision) = current.filter(|c| c.id == task.id).map(|c| c.revision) {
-            self.acknowledge(&task);
-            if task.revision > revision && !self.arms[robot].met {
-                self.set_out(robot, task);
+            acknowledge(line, schedule, &task);
+            if task.revision > revision && !self.robots[robot].met {
+                self.set_out(schedule, robot, task);
             }
             return;
         }
-        if busy || !self.leave(robot, &mut task) {
-            self.conclude(task.id, Verdict::Rejected, None);
+        if busy || !leave(line, schedule.now(), robot, &mut task) {
+            self.conclude(schedule, task.id, Verdict::Rejected, None);
             return;
         }
-        self.acknowledge(&task);
-        self.set_out(robot, task);
+        acknowledge(line, schedule, &task);
+        self.set_out(schedule, robot, task);
     }
 
-    fn acknowledge(&mut self, task: &Task) {
-        let luck = self
-            .trouble
-            .draw(FaultDraw::Ack, task.id << 16 | u64::from(task.revision));
-        if luck >= self.trouble.lost_acks {
-            let (stamp, task) = (self.now, task.id);
-            self.send(Incoming::Ack(Ack { stamp, task }));
-        }
-    }
-
-    /// Lets a robot that received its task too late meet the item further downstream. Returns
-    /// whether it can.
-    fn leave(&self, index: usize, task: &mut Task) -> bool {
-        let (robot, belt) = (&self.station.robots()[index], self.station.belt());
-        let late = self.now - task.start;
-        if late <= LATE {
-            return true;
-        }
-        let x = task.meet.x - (self.travel(task.meet_at) - self.travel(self.now));
-        let (dx, dy) = (x - robot.bin.x, task.meet.y - robot.bin.y);
-        let travel = travel_time(dx, dy, belt.speed, robot.speed);
-        let x = x + belt.speed * travel;
-        let (base, y) = (robot.base, task.meet.y);
-        let range = meeting_range(base.x, base.y, robot.reach, y, belt.length);
-        task.start = self.now;
-        task.meet_at = self.now + travel;
-        task.meet = BeltPoint { x, y };
-        let back = distance(x - robot.bin.x, dy) / robot.speed;
-        task.free_at = task.meet_at + robot.grasp_time + back + robot.release_time;
-        range.is_some_and(|(low, high)| (low..=high).contains(&x))
-    }
-
-    fn set_out(&mut self, robot: usize, task: Task) {
+    fn set_out(&mut self, schedule: &mut EmulatorSchedule, robot: usize, task: Task) {
         let event = EmulatorEvent::Meets(task.id, task.revision);
-        self.plan(task.meet_at.max(self.now), event);
-        let arm = &mut self.arms[robot];
-        arm.task = Some(task);
-        arm.met = false;
+        schedule.add(task.meet_at.max(schedule.now()), event);
+        let its = &mut self.robots[robot];
+        its.task = Some(task);
+        its.met = false;
     }
 
     /// Ends a task and reports its result to the node.
-    fn conclude(&mut self, task: u64, result: Verdict, available_at: Option<f64>) {
+    fn conclude(
+        &mut self,
+        schedule: &mut EmulatorSchedule,
+        task: u64,
+        result: Verdict,
+        available_at: Option<f64>,
+    ) {
         let report = ResultMessage {
-            stamp: self.now,
+            stamp: schedule.now(),
             task,
             result,
             available_at,
             found: None,
         };
         self.results.insert(task, report);
-        self.send(Incoming::Result(report));
+        schedule.send(Incoming::Result(report));
     }
 
-    pub(super) fn meet(&mut self, id: u64, revision: u32) {
+    /// The robot of task `id` reaches the meeting point of this revision of the task.
+    pub(super) fn meet(
+        &mut self,
+        line: &EmulatedLine,
+        schedule: &mut EmulatorSchedule,
+        id: u64,
+        revision: u32,
+    ) {
         let same = |task: &Task| task.id == id && task.revision == revision;
-        let robot = self
-            .arms
-            .iter()
-            .position(|arm| arm.task.as_ref().is_some_and(same));
-        let Some(robot) = robot.filter(|robot| !self.arms[*robot].met) else {
+        let mut robots = self.robots.iter();
+        let robot = robots.position(|robot| robot.task.as_ref().is_some_and(same));
+        let Some(robot) = robot.filter(|robot| !self.robots[*robot].met) else {
             return;
         };
-        let Some(task) = self.arms[robot].task.clone() else {
+        let Some(task) = self.robots[robot].task.clone() else {
             return;
         };
         let Some(&item) = self.numbers.get(&task.item) else {
@@ -157,27 +171,30 @@ impl Emulator {
             ));
             return;
         };
-        self.arms[robot].met = true;
-        let it = &self.pattern.items()[item];
-        let x = it.x0 + self.travel(self.now);
+        self.robots[robot].met = true;
+        let it = &line.pattern.items()[item];
+        let x = it.x0 + line.travel(schedule.now());
         let off = distance(x - task.meet.x, it.y - task.meet.y);
         let attempt = u64::from(self.attempts[item]);
-        let luck = self
-            .trouble
+        let luck = line
+            .faults
             .draw(FaultDraw::Grasp, (item as u64) << 16 | attempt);
         self.attempts[item] += 1;
         let verdict = if self.taken[item] || off > GRIP {
             Verdict::Missed
-        } else if luck < self.trouble.grasp_failures {
+        } else if luck < line.faults.grasp_failures {
             Verdict::GraspFail
         } else {
             self.taken[item] = true;
             self.picked.push((robot, task.item.clone()));
-            self.plan(task.free_at.max(self.now), EmulatorEvent::Back(robot, id));
+            schedule.add(
+                task.free_at.max(schedule.now()),
+                EmulatorEvent::Back(robot, id),
+            );
             return;
         };
         // The robot knows the result once the gripper has closed, and is on its way back then.
-        let known = self.now + self.station.robots()[robot].grasp_time;
+        let known = schedule.now() + line.station.robots()[robot].grasp_time;
         let report = ResultMessage {
             stamp: known,
             task: id,
@@ -186,62 +203,108 @@ impl Emulator {
             found: None,
         };
         self.results.insert(id, report);
-        let arrives = known + self.jitter();
-        self.plan(arrives, EmulatorEvent::Arrives(Incoming::Result(report)));
-        self.arms[robot].task = None;
+        schedule.send_at(known, Incoming::Result(report));
+        self.robots[robot].task = None;
     }
 
-    pub(super) fn come_back(&mut self, robot: usize, task: u64) {
-        let arm = &mut self.arms[robot];
-        if arm.task.as_ref().is_some_and(|current| current.id == task) {
-            arm.task = None;
-            self.conclude(task, Verdict::Picked, None);
+    /// A robot is back at its bin after a task.
+    pub(super) fn come_back(&mut self, schedule: &mut EmulatorSchedule, robot: usize, task: u64) {
+        let its = &mut self.robots[robot];
+        if its.task.as_ref().is_some_and(|current| current.id == task) {
+            its.task = None;
+            self.conclude(schedule, task, Verdict::Picked, None);
         }
     }
 
-    fn take_cancel(&mut self, cancel: &Cancel) {
-        let Some(robot) = self
-            .index_of(&cancel.robot)
-            .filter(|robot| !self.arms[*robot].down)
+    /// Handles a cancel from the node.
+    pub(super) fn take_cancel(
+        &mut self,
+        line: &EmulatedLine,
+        schedule: &mut EmulatorSchedule,
+        cancel: &Cancel,
+    ) {
+        let Some(robot) = index_of(line, &cancel.robot).filter(|robot| !self.robots[*robot].down)
         else {
             return;
         };
         if let Some(report) = self.results.get(&cancel.task) {
-            self.send(Incoming::Result(*report));
+            schedule.send(Incoming::Result(*report));
             return;
         }
-        let arm = &mut self.arms[robot];
+        let its = &mut self.robots[robot];
         let mut back = None;
-        if let Some(task) = arm.task.as_ref().filter(|task| task.id == cancel.task) {
-            if arm.met {
+        if let Some(task) = its.task.as_ref().filter(|task| task.id == cancel.task) {
+            if its.met {
                 return;
             }
-            let speed = self.station.robots()[robot].speed;
+            let speed = line.station.robots()[robot].speed;
             let whole = distance(task.meet.x - task.bin.x, task.meet.y - task.bin.y);
-            let gone = (speed * (self.now - task.start)).clamp(0.0, whole);
-            back = Some(self.now + gone / speed);
-            arm.task = None;
+            let gone = (speed * (schedule.now() - task.start)).clamp(0.0, whole);
+            back = Some(schedule.now() + gone / speed);
+            its.task = None;
         }
-        self.conclude(cancel.task, Verdict::Cancelled, back);
+        self.conclude(schedule, cancel.task, Verdict::Cancelled, back);
     }
 
-    pub(super) fn break_down(&mut self, robot: usize, down: bool) {
-        let arm = &mut self.arms[robot];
-        arm.down = down;
-        let task = arm.task.take();
-        if let Some(task) = task.filter(|_| arm.met) {
+    /// A robot breaks down (`down`), or returns to service.
+    pub(super) fn break_down(
+        &mut self,
+        line: &EmulatedLine,
+        schedule: &mut EmulatorSchedule,
+        robot: usize,
+        down: bool,
+    ) {
+        let its = &mut self.robots[robot];
+        its.down = down;
+        let task = its.task.take();
+        if let Some(task) = task.filter(|_| its.met) {
             // The item is in the gripper and does not reach the bin.
             self.picked.retain(|(_, item)| *item != task.item);
             self.stranded += 1;
         }
-        arm.met = false;
-        self.tell_state(
-            robot,
-            if down {
-                RobotState::Fault
-            } else {
-                RobotState::Idle
-            },
-        );
+        its.met = false;
+        let state = if down {
+            RobotState::Fault
+        } else {
+            RobotState::Idle
+        };
+        schedule.send(line.robot_status(robot, state, schedule.now()));
     }
+}
+
+fn index_of(line: &EmulatedLine, name: &str) -> Option<usize> {
+    let mut robots = line.station.robots().iter();
+    robots.position(|robot| robot.name == name)
+}
+
+fn acknowledge(line: &EmulatedLine, schedule: &mut EmulatorSchedule, task: &Task) {
+    let luck = line
+        .faults
+        .draw(FaultDraw::Ack, task.id << 16 | u64::from(task.revision));
+    if luck >= line.faults.lost_acks {
+        let (stamp, task) = (schedule.now(), task.id);
+        schedule.send(Incoming::Ack(Ack { stamp, task }));
+    }
+}
+
+/// Lets a robot that received its task too late meet the item further downstream. It leaves
+/// at `now` [s]. Returns whether it can.
+fn leave(line: &EmulatedLine, now: f64, index: usize, task: &mut Task) -> bool {
+    let (robot, belt) = (&line.station.robots()[index], line.station.belt());
+    let late = now - task.start;
+    if late <= LATE {
+        return true;
+    }
+    let x = task.meet.x - (line.travel(task.meet_at) - line.travel(now));
+    let (dx, dy) = (x - robot.bin.x, task.meet.y - robot.bin.y);
+    let travel = travel_time(dx, dy, belt.speed, robot.speed);
+    let x = x + belt.speed * travel;
+    let (base, y) = (robot.base, task.meet.y);
+    let range = meeting_range(base.x, base.y, robot.reach, y, belt.length);
+    task.start = now;
+    task.meet_at = now + travel;
+    task.meet = BeltPoint { x, y };
+    let back = distance(x - robot.bin.x, dy) / robot.speed;
+    task.free_at = task.meet_at + robot.grasp_time + back + robot.release_time;
+    range.is_some_and(|(low, high)| (low..=high).contains(&x))
 }

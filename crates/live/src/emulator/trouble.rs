@@ -6,6 +6,7 @@ use rand::RngExt as _;
 
 /// The faults; none by default. Everything random follows from the seed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct InjectedFaults {
     /// Share of failing grasps, 0 to 1.
     pub grasp_failures: f64,
@@ -36,6 +37,62 @@ pub(super) enum FaultDraw {
 }
 
 impl InjectedFaults {
+    /// With this share of failing grasps, 0 to 1.
+    #[must_use]
+    pub fn with_grasp_failures(mut self, grasp_failures: f64) -> Self {
+        self.grasp_failures = grasp_failures;
+        self
+    }
+
+    /// With this share of lost acknowledgements, 0 to 1.
+    #[must_use]
+    pub fn with_lost_acks(mut self, lost_acks: f64) -> Self {
+        self.lost_acks = lost_acks;
+        self
+    }
+
+    /// With this share of detections that are sent twice, 0 to 1.
+    #[must_use]
+    pub fn with_duplicates(mut self, duplicates: f64) -> Self {
+        self.duplicates = duplicates;
+        self
+    }
+
+    /// With this share of detections that come up to a second late, 0 to 1.
+    #[must_use]
+    pub fn with_out_of_order(mut self, out_of_order: f64) -> Self {
+        self.out_of_order = out_of_order;
+        self
+    }
+
+    /// With messages that are delayed by up to this time [s].
+    #[must_use]
+    pub fn with_jitter(mut self, jitter: f64) -> Self {
+        self.jitter = jitter;
+        self
+    }
+
+    /// With the breakdown of a robot: its index, start [s] and duration [s].
+    #[must_use]
+    pub fn with_robot_down(mut self, robot_down: impl Into<Option<(usize, f64, f64)>>) -> Self {
+        self.robot_down = robot_down.into();
+        self
+    }
+
+    /// With a stop of the belt: start [s] and duration [s].
+    #[must_use]
+    pub fn with_belt_stop(mut self, belt_stop: impl Into<Option<(f64, f64)>>) -> Self {
+        self.belt_stop = belt_stop.into();
+        self
+    }
+
+    /// With this seed of everything random.
+    #[must_use]
+    pub fn with_seed(mut self, seed: u64) -> Self {
+        self.seed = seed;
+        self
+    }
+
     /// Checks the values for a line with `robots` robots.
     ///
     /// # Errors

@@ -3,8 +3,9 @@
 //! An item has one unique name, which messages use. Each camera may know it by its own ids, and
 //! each id of a camera belongs to one item at a time.
 
-use super::{CameraRecord, Items};
-use crate::sight::PlacedDetection;
+use super::tracked::{CameraRecord, Tracked};
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, HashMap};
 
 /// Maximum number of ids of one camera that are kept for an item, for a tracker that alternates
 /// between ids.
@@ -12,7 +13,7 @@ const MOST_IDS: usize = 4;
 
 /// What an id has shown about an item.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum IdNews {
+pub(crate) enum IdNews {
     /// Nothing new.
     Nothing,
     /// The tracker had another id for the item before.
@@ -24,19 +25,82 @@ pub enum IdNews {
 /// Prefix of the names of items without an id.
 const UNNAMED: &str = "auto:";
 
-impl Items {
-    /// The number of the item that `source` has seen under `id`.
-    pub fn known_as(&self, source: Option<&str>, id: &str) -> Option<u32> {
-        let items = self.by_id.get(id)?;
-        let its = |item: &&u32| {
-            let sighting = self.table.get(item).and_then(|t| t.sighting(source));
-            sighting.is_some_and(|s| s.ids.iter().any(|known| known == id))
+/// The names and numbers already used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub(crate) struct Numbers {
+    /// Number of the next item.
+    next_item: u32,
+    /// Number of unnamed items so far.
+    unnamed: u64,
+    /// Number of items so far whose name went to another one.
+    #[serde(default)]
+    renamed: u64,
+}
+
+/// The names and ids in use. It holds every name and id of the items in the table, and no other.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ItemIds {
+    by_name: HashMap<String, u32>,
+    /// The items with each id: one per camera that uses it.
+    by_id: HashMap<String, Vec<u32>>,
+    numbers: Numbers,
+}
+
+impl ItemIds {
+    /// Restores the names and ids of the items in `table`.
+    pub(super) fn restore(table: &BTreeMap<u32, Tracked>, numbers: Numbers) -> Self {
+        let mut ids = Self {
+            numbers,
+            ..Self::default()
         };
-        items.iter().find(its).copied()
+        for (item, tracked) in table {
+            ids.by_name.insert(tracked.id.clone(), *item);
+            for id in tracked.ids() {
+                ids.by_id.entry(id.clone()).or_default().push(*item);
+            }
+        }
+        ids
+    }
+
+    /// The names and numbers already used.
+    pub(super) fn numbers(&self) -> Numbers {
+        self.numbers
+    }
+
+    /// The number of the item in `table` that `source` has seen under `id`.
+    pub(super) fn known_as(
+        &self,
+        table: &BTreeMap<u32, Tracked>,
+        source: Option<&str>,
+        id: &str,
+    ) -> Option<u32> {
+        let mut items = self.by_id.get(id)?.iter().copied();
+        items.find(|item| table.get(item).is_some_and(|t| t.is_known_as(source, id)))
+    }
+
+    /// Whether an item in `table` has this name because a camera has this id for it.
+    pub(super) fn is_name_in_use(&self, table: &BTreeMap<u32, Tracked>, name: &str) -> bool {
+        let item = self.by_name.get(name).and_then(|item| table.get(item));
+        item.is_some_and(|tracked| tracked.ids().any(|id| id == name))
+    }
+
+    /// The number and the name of a new item: its id if no other item has this name, otherwise a
+    /// new name.
+    pub(super) fn add(&mut self, id: Option<&str>) -> (u32, String) {
+        let name = match id {
+            None => self.unused_name(),
+            Some(id) if self.by_name.contains_key(id) => self.name_after(id),
+            Some(id) => id.to_owned(),
+        };
+        let number = self.numbers.next_item;
+        // Wraps after 4 billion items, when the first ones are long forgotten.
+        self.numbers.next_item = number.wrapping_add(1);
+        self.by_name.insert(name.clone(), number);
+        (number, name)
     }
 
     /// A new name for an item without an id.
-    pub(super) fn unused_name(&mut self) -> String {
+    fn unused_name(&mut self) -> String {
         loop {
             self.numbers.unnamed += 1;
             let name = format!("{UNNAMED}{}", self.numbers.unnamed);
@@ -47,7 +111,7 @@ impl Items {
     }
 
     /// A new name for an item whose id is the name of another item.
-    pub(super) fn name_after(&mut self, id: &str) -> String {
+    fn name_after(&mut self, id: &str) -> String {
         loop {
             self.numbers.renamed += 1;
             let name = format!("{id}~{}", self.numbers.renamed);
@@ -57,49 +121,25 @@ impl Items {
         }
     }
 
-    /// Frees a name: the item that has it gets a name derived from it.
-    pub(super) fn free_name(&mut self, name: &str) {
-        let Some(item) = self.by_name.get(name).copied() else {
-            return;
-        };
+    /// Frees a name. Returns the item that has it and the item's new name, if there is one.
+    pub(super) fn free_name(&mut self, name: &str) -> Option<(u32, String)> {
+        let item = self.by_name.get(name).copied()?;
         let other = self.name_after(name);
         self.by_name.remove(name);
         self.by_name.insert(other.clone(), item);
-        if let Some(tracked) = self.get_mut(item) {
-            tracked.id = other;
-        }
+        Some((item, other))
     }
 
-    /// Whether an item has this name because a camera has this id for it.
-    pub(super) fn is_name_in_use(&self, name: &str) -> bool {
-        let item = self.by_name.get(name).and_then(|item| self.table.get(item));
-        let mut ids = item.iter().flat_map(|t| &t.sightings).flat_map(|s| &s.ids);
-        ids.any(|id| id == name)
-    }
-
-    /// Notes which camera saw an item, and under which id. If this is newer than what is known, the
-    /// id moves to this item; otherwise it stays with the item that has it.
-    pub fn sight(&mut self, item: u32, sight: &PlacedDetection, is_newer: bool) -> IdNews {
-        let source = sight.source();
-        let owner = sight.id().and_then(|id| self.known_as(source, id));
-        let is_free = owner.is_none_or(|owner| owner == item || is_newer);
-        let id = sight.id().filter(|_| is_free);
-        if let (Some(id), Some(owner)) = (id, owner)
-            && owner != item
-        {
-            self.release(owner, source, id);
-        }
-        self.adopt(item, source, sight.time, id)
-    }
-
-    /// Notes that `source` saw the item at `time` [s], under `id` if given, which no other item
+    /// Notes that a camera saw the item at a time [s], under `id` if given, which no other item
     /// has.
-    fn adopt(&mut self, item: u32, source: Option<&str>, time: f64, id: Option<&str>) -> IdNews {
-        self.note_change(item);
-        let Some(tracked) = self.table.get_mut(&item) else {
-            return IdNews::Nothing;
-        };
-        let is_named = tracked.sightings.iter().any(|s| !s.ids.is_empty());
+    pub(super) fn adopt(
+        &mut self,
+        item: u32,
+        tracked: &mut Tracked,
+        (source, time): (Option<&str>, f64),
+        id: Option<&str>,
+    ) -> IdNews {
+        let is_named = tracked.ids().next().is_some();
         // Another item may have taken the item's only id.
         let lost_its_id = !is_named && !tracked.id.starts_with(UNNAMED) && Some(&*tracked.id) != id;
         let its = |s: &CameraRecord| s.source.as_deref() == source;
@@ -134,20 +174,31 @@ impl Items {
     }
 
     /// Removes an id of `source` from this item.
-    pub(super) fn release(&mut self, item: u32, source: Option<&str>, id: &str) {
-        self.note_change(item);
-        if let Some(tracked) = self.table.get_mut(&item) {
-            for sighting in &mut tracked.sightings {
-                if sighting.source.as_deref() == source {
-                    sighting.ids.retain(|known| known != id);
-                }
+    pub(super) fn release(
+        &mut self,
+        item: u32,
+        tracked: &mut Tracked,
+        source: Option<&str>,
+        id: &str,
+    ) {
+        for sighting in &mut tracked.sightings {
+            if sighting.source.as_deref() == source {
+                sighting.ids.retain(|known| known != id);
             }
         }
         self.unlist(id, item);
     }
 
+    /// Removes the name and the ids of an item that is forgotten.
+    pub(super) fn forget(&mut self, item: u32, tracked: &Tracked) {
+        self.by_name.remove(&tracked.id);
+        for id in tracked.ids() {
+            self.unlist(id, item);
+        }
+    }
+
     /// Removes one entry for this id and item from the list of ids.
-    pub(super) fn unlist(&mut self, id: &str, item: u32) {
+    fn unlist(&mut self, id: &str, item: u32) {
         if let Some(items) = self.by_id.get_mut(id) {
             if let Some(place) = items.iter().position(|other| *other == item) {
                 items.swap_remove(place);
@@ -157,37 +208,14 @@ impl Items {
             }
         }
     }
-
-    /// Merges an item into `other`, which gets its ids, the features that only it had, and its
-    /// position if that is newer.
-    pub fn fuse(&mut self, item: u32, other: u32) {
-        let Some(gone) = self.forget(item) else {
-            return;
-        };
-        let Some(tracked) = self.get_mut(other) else {
-            return;
-        };
-        let is_newer = gone.measured > tracked.measured;
-        tracked.overlooked = tracked.overlooked.min(gone.overlooked);
-        tracked.features.take(gone.features, is_newer);
-        tracked.weight = tracked.features.reward();
-        if is_newer {
-            self.measure(other, gone.measured, gone.covariance);
-            self.place(other, gone.place, gone.y);
-        }
-        for sighting in gone.sightings {
-            let source = sighting.source.as_deref();
-            for id in &sighting.ids {
-                self.adopt(other, source, sighting.at, Some(id));
-            }
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::features::Features;
+    use crate::items::Items;
+    use crate::sight::PlacedDetection;
 
     fn sight(source: Option<&str>, id: Option<&str>, time: f64) -> PlacedDetection {
         PlacedDetection {
@@ -226,7 +254,7 @@ mod tests {
         for item in [a, b, c, d, e] {
             items.forget(item);
         }
-        assert!(items.by_name.is_empty() && items.by_id.is_empty());
+        assert!(items.ids.by_name.is_empty() && items.ids.by_id.is_empty());
     }
 
     #[test]
@@ -280,6 +308,6 @@ mod tests {
                 assert_eq!(again.known_as(source, &id), items.known_as(source, &id));
             }
         }
-        assert_eq!(again.by_name, items.by_name);
+        assert_eq!(again.ids.by_name, items.ids.by_name);
     }
 }

@@ -11,7 +11,7 @@ const MOST_TRIES: u32 = 100;
 
 /// A lock that is held until this is dropped. The system releases it when the process ends.
 #[derive(Debug)]
-pub struct Lock {
+pub(super) struct Lock {
     beside: PathBuf,
     _file: File,
     /// Whether the file is removed at the end, because it is new and the journal was not started.
@@ -23,7 +23,7 @@ impl Lock {
     ///
     /// # Errors
     /// Another process uses the journal, or the lock file cannot be created.
-    pub fn take(path: &Path) -> Result<Self> {
+    pub(super) fn take(path: &Path) -> Result<Self> {
         let beside = lock_of(path);
         for _ in 0..MOST_TRIES {
             let (file, is_new) = open(&beside).map_err(|error| Error::write(&beside, error))?;
@@ -49,7 +49,7 @@ impl Lock {
     }
 
     /// Keeps the file when the lock is released, for a journal that was started.
-    pub fn keep(mut self) -> Self {
+    pub(super) fn keep(mut self) -> Self {
         self.is_passing = false;
         self
     }
@@ -65,7 +65,7 @@ impl Drop for Lock {
 }
 
 /// The lock file of the journal at `path`.
-pub fn lock_of(path: &Path) -> PathBuf {
+pub(crate) fn lock_of(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".lock");
     PathBuf::from(name)

@@ -14,7 +14,7 @@ use super::ClockKind;
 use super::protocol::VERSION;
 use super::state::{LineState, StateChange};
 use lock::Lock;
-pub use lock::lock_of;
+pub(crate) use lock::lock_of;
 use pickline::error::{Error, Result};
 use pickline::files;
 use record::Header;
@@ -30,6 +30,7 @@ const SLACK: u64 = 1 << 20;
 
 /// The run that a journal belongs to.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Owner {
     /// Hash of the station.
     pub station: String,
@@ -40,6 +41,15 @@ pub struct Owner {
 }
 
 impl Owner {
+    /// A run of `program` for the station with this hash, by this clock.
+    pub fn new(station: &str, clock: ClockKind, program: &str) -> Self {
+        Self {
+            station: station.to_owned(),
+            clock,
+            program: program.to_owned(),
+        }
+    }
+
     fn header(&self) -> Header {
         Header {
             journal: record::FORMAT,
@@ -53,6 +63,7 @@ impl Owner {
 
 /// A journal that is locked and read, but not yet written to.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct OpenedJournal {
     path: PathBuf,
     lock: Lock,
@@ -182,9 +193,10 @@ impl Journal {
     }
 }
 
+#[cfg(test)]
 impl Journal {
     /// Whether every record is synced to the disk before it counts as written.
-    pub fn is_synced(&self) -> bool {
+    pub(crate) fn is_synced(&self) -> bool {
         self.sync
     }
 }

@@ -7,11 +7,11 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 /// Version of the format; its key marks the file as a journal.
-pub const FORMAT: u64 = 2;
+pub(super) const FORMAT: u64 = 2;
 
-/// The first line.
+/// The first line: the format, and the run that the journal belongs to.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Header {
+pub(super) struct Header {
     /// Version of the format.
     pub journal: u64,
     /// Version of the protocol.
@@ -24,7 +24,7 @@ pub struct Header {
     pub program: String,
 }
 
-/// Any other line.
+/// Any other line: a change of the state, with its number.
 #[derive(Debug, Serialize, Deserialize)]
 struct Numbered<C> {
     /// Number of the record, from 1, so that a missing line is noticed.
@@ -34,6 +34,7 @@ struct Numbered<C> {
 
 /// The content of a journal.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct JournalContents {
     /// The state after the last record.
     pub state: LineState,
@@ -44,12 +45,12 @@ pub struct JournalContents {
 }
 
 /// The record with number `n`.
-pub fn numbered(n: u64, change: &StateChange) -> impl Serialize {
+pub(super) fn numbered(n: u64, change: &StateChange) -> impl Serialize {
     Numbered { n, change }
 }
 
 /// A record as a line, with its line ending.
-pub fn line(record: &impl Serialize) -> String {
+pub(super) fn line(record: &impl Serialize) -> String {
     // Plain structures with string keys always serialize.
     let json = serde_json::to_string(record).unwrap_or_default();
     format!("{} {json}\n", fingerprint(&json))
@@ -59,7 +60,7 @@ pub fn line(record: &impl Serialize) -> String {
 ///
 /// # Errors
 /// The journal is of another station, clock or version, or a line is damaged.
-pub fn read(bytes: &[u8], expected: &Header) -> Result<JournalContents> {
+pub(super) fn read(bytes: &[u8], expected: &Header) -> Result<JournalContents> {
     let mut lines = bytes.split_inclusive(|byte| *byte == b'\n');
     let first = lines.next().unwrap_or_default();
     let header: Header = whole(first).ok_or_else(|| {

@@ -24,7 +24,7 @@ pub fn until(stamp: Option<f64>, now: f64) -> Duration {
 
 /// Combines the machine's two clocks into one that is never set.
 #[derive(Debug)]
-pub struct NodeClock {
+pub(super) struct NodeClock {
     steady: SteadyClock,
     began: Instant,
 }
@@ -37,7 +37,7 @@ impl Default for NodeClock {
 
 impl NodeClock {
     /// Starts it at the machine's time.
-    pub fn start() -> Self {
+    pub(super) fn start() -> Self {
         let mut clock = Self {
             steady: SteadyClock::default(),
             began: Instant::now(),
@@ -47,7 +47,7 @@ impl NodeClock {
     }
 
     /// Reads the clock.
-    pub fn read(&mut self) -> ClockReading {
+    pub(super) fn read(&mut self) -> ClockReading {
         /// A longer reading means that the process was preempted between the two clocks.
         const AT_ONCE: Duration = Duration::from_millis(1);
         const TRIES: usize = 10;

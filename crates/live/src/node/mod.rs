@@ -9,7 +9,7 @@ mod kept;
 mod monitor;
 mod options;
 
-pub use clock::{CLOSE_TIMEOUT, NodeClock, POLL_INTERVAL, ROOM_INTERVAL, unix_now, until};
+pub use clock::{CLOSE_TIMEOUT, POLL_INTERVAL, ROOM_INTERVAL, unix_now, until};
 pub use monitor::{NodeMonitor, NodeSummary, Severity, Unwatched};
 pub use options::{Connections, NodeOptions, RunOrigin};
 

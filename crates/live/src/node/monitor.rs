@@ -70,7 +70,7 @@ impl NodeMonitor for Unwatched {}
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct NodeSummary {
-    /// The last status.
+    /// The figures at the end.
     pub status: Status,
     /// How long decisions took.
     pub latency: Latency,

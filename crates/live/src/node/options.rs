@@ -1,15 +1,13 @@
 //! The settings of a node.
 
-use crate::transport::{Access, Dialect, Endpoint, HubOptions, Side};
+use crate::transport::{Endpoint, HubOptions, Side};
 use crate::{ClockKind, Config};
 use pickline::station::Station;
 use std::path::PathBuf;
 
-/// Maximum number of simultaneous peers over TCP, unless another number is given.
-const USUAL_PEERS: usize = 64;
-
 /// Where the peers are, and on which terms they may connect.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Connections {
     /// Where the peers are.
     pub place: Endpoint,
@@ -20,26 +18,25 @@ pub struct Connections {
 impl Connections {
     /// Peers of the line of `station` at `place`, in JSON and without authentication.
     pub fn new(place: Endpoint, station: &Station, clock: ClockKind) -> Self {
-        let robots = station.robots().iter().map(|robot| robot.name.clone());
-        let terms = HubOptions {
-            side: Side::Node,
-            waits: clock == ClockKind::Messages,
-            robots: robots.collect(),
-            access: Access::default(),
-            most_peers: USUAL_PEERS,
-            hello: None,
-            dialect: Dialect::Json,
-        };
+        let terms = HubOptions::new(Side::Node, station, clock);
         Self { place, terms }
+    }
+
+    /// With peers that connect on these terms.
+    #[must_use]
+    pub fn with_terms(mut self, terms: HubOptions) -> Self {
+        self.terms = terms;
+        self
     }
 }
 
 /// What a recording and a journal say about the run that wrote them.
 #[derive(Debug, Clone, Default)]
+#[non_exhaustive]
 pub struct RunOrigin {
     /// The program and its version.
     pub program: String,
-    /// The command line.
+    /// The command line that started the run, for people who read it.
     pub command: String,
     /// How the strategy is written.
     pub strategy: String,
@@ -47,6 +44,43 @@ pub struct RunOrigin {
     pub budget_ms: Option<f64>,
     /// Seed of everything random.
     pub seed: u64,
+}
+
+impl RunOrigin {
+    /// With this program and version.
+    #[must_use]
+    pub fn with_program(mut self, program: &str) -> Self {
+        self.program = program.to_owned();
+        self
+    }
+
+    /// With this command line.
+    #[must_use]
+    pub fn with_command(mut self, command: String) -> Self {
+        self.command = command;
+        self
+    }
+
+    /// With the strategy as it is written.
+    #[must_use]
+    pub fn with_strategy(mut self, strategy: &str) -> Self {
+        self.strategy = strategy.to_owned();
+        self
+    }
+
+    /// With this time budget for each decision [ms].
+    #[must_use]
+    pub fn with_budget_ms(mut self, budget_ms: impl Into<Option<f64>>) -> Self {
+        self.budget_ms = budget_ms.into();
+        self
+    }
+
+    /// With this seed of everything random.
+    #[must_use]
+    pub fn with_seed(mut self, seed: u64) -> Self {
+        self.seed = seed;
+        self
+    }
 }
 
 /// The settings of a node.

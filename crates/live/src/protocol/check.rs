@@ -11,7 +11,7 @@ use pickline::plausible::{
 use serde_json::{Map, Value};
 
 /// Largest timestamp [s]: seconds since 1970 reach it in some thousand years.
-pub const LARGEST_STAMP: f64 = 1e11;
+pub(super) const LARGEST_STAMP: f64 = 1e11;
 /// Largest position on a belt [m].
 const LARGEST_POSITION: f64 = 1e6;
 /// How far upstream of the belt's start a camera may see [m].
@@ -40,7 +40,7 @@ const THESE_DAYS: std::ops::RangeInclusive<f64> = 1e9..=1e10;
 ///
 /// # Errors
 /// A value is out of its range, or a text is not a valid name.
-pub fn check_values(message: &Incoming) -> Result<(), Rejected> {
+pub(crate) fn check_values(message: &Incoming) -> Result<(), Rejected> {
     stamp("stamp", message.stamp())?;
     match message {
         Incoming::Detection(detection) => check_detection(detection),

@@ -23,7 +23,7 @@ pub fn decode(line: &[u8]) -> Result<Incoming, Rejected> {
 
 /// A line from a peer to the node.
 #[derive(Debug, Clone, PartialEq)]
-pub enum PeerMessage {
+pub(crate) enum PeerMessage {
     /// Its hello.
     Hello(Hello),
     /// A message for the line.
@@ -34,7 +34,7 @@ pub enum PeerMessage {
 ///
 /// # Errors
 /// As for [`decode`].
-pub fn decode_said(line: &[u8]) -> Result<PeerMessage, Rejected> {
+pub(crate) fn decode_said(line: &[u8]) -> Result<PeerMessage, Rejected> {
     const KINDS: [&str; Incoming::KINDS.len() + 1] = {
         let mut kinds = [Hello::KIND; Incoming::KINDS.len() + 1];
         let mut i = 0;

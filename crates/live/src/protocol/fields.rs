@@ -7,7 +7,7 @@ use std::fmt;
 /// A JSON object as it was written. RFC 8259 does not define which of two values under the same key
 /// counts, so repetitions are noted.
 #[derive(Debug, Default)]
-pub struct Fields {
+pub(super) struct Fields {
     /// The values by key.
     pub values: Map<String, Value>,
     /// The first repeated key, if there is one.

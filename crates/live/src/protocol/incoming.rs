@@ -200,7 +200,7 @@ pub struct Order {
 
 impl Incoming {
     /// All values of `kind`.
-    pub const KINDS: [&str; 10] = [
+    pub(crate) const KINDS: [&str; 10] = [
         "detection",
         "belt",
         "robot",
@@ -253,7 +253,7 @@ impl Incoming {
     }
 
     /// Sets the source of a detection or belt message that gives none.
-    pub fn name_source(&mut self, name: Option<&str>) {
+    pub(crate) fn name_source(&mut self, name: Option<&str>) {
         let source = match self {
             Self::Detection(message) => &mut message.source,
             Self::Belt(message) => &mut message.source,

@@ -10,13 +10,18 @@ mod fields;
 mod incoming;
 mod message;
 mod outgoing;
+#[cfg(feature = "mcap")]
+mod plain_schema;
 mod rejection;
 mod schema;
 mod session;
 
-pub use check::{LARGEST_STAMP, check_values};
-pub use csv::{CsvLine, CsvReader, CsvWriter, LONGEST_CSV_LINE, check_station};
-pub use decode::{PeerMessage, decode, decode_answer, decode_outgoing, decode_said};
+#[cfg(feature = "ros2")]
+pub(crate) use check::check_values;
+pub use csv::check_station;
+pub(crate) use csv::{CsvLine, CsvReader, CsvWriter};
+pub(crate) use decode::{PeerMessage, decode_said};
+pub use decode::{decode, decode_answer, decode_outgoing};
 pub use incoming::{
     Ack, BeltState, Detection, FoundPlace, Incoming, Order, ResultMessage, RobotState, RobotStatus,
     Verdict,
@@ -26,8 +31,11 @@ pub use outgoing::{
     BeltPoint, BeltRequest, Cancel, Due, Latency, MissedCounts, Outgoing, RobotCounts, SourceKind,
     SourceReport, Status, Task, encode,
 };
-pub use rejection::{LONGEST_LINE, Rejected, Rejection};
-pub use schema::{schema, schemas_of};
+#[cfg(feature = "mcap")]
+pub(crate) use plain_schema::schemas_of;
+pub(crate) use rejection::LONGEST_LINE;
+pub use rejection::{Rejected, Rejection};
+pub use schema::schema;
 pub use session::{Hello, HelloAnswer, Role};
 
 /// Version of the protocol, the `v` of every message. It increases when a message changes in a way

@@ -25,7 +25,7 @@ pub enum Outgoing {
 
 impl Outgoing {
     /// All values of `kind`.
-    pub const KINDS: [&str; 5] = ["task", "cancel", "belt_request", "status", "due"];
+    pub(crate) const KINDS: [&str; 5] = ["task", "cancel", "belt_request", "status", "due"];
 
     /// The robot that the message is for; none if it is for all peers.
     pub fn robot(&self) -> Option<&str> {
@@ -297,7 +297,7 @@ pub struct SourceReport {
 }
 
 /// Durations of decisions [ms]. Quantiles come from a histogram with classes 1 % wide.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Latency {
     /// Number of decisions.
     pub decisions: u64,

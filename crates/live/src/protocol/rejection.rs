@@ -3,10 +3,11 @@
 use super::session::Hello;
 
 /// Longer lines are refused unparsed [bytes].
-pub const LONGEST_LINE: usize = 64 * 1024;
+pub(crate) const LONGEST_LINE: usize = 64 * 1024;
 
 /// Why a message was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Rejection {
     /// The line is too long.
     TooLong,
@@ -85,7 +86,7 @@ impl Rejection {
 impl Rejection {
     /// Whether such a line is not a message of this protocol at all, so that a peer that begins
     /// with it speaks something else.
-    pub fn is_foreign(self) -> bool {
+    pub(crate) fn is_foreign(self) -> bool {
         matches!(
             self,
             Self::TooLong | Self::Syntax | Self::Version | Self::Kind
@@ -95,6 +96,7 @@ impl Rejection {
 
 /// A message that was refused.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Rejected {
     /// The reason, for the counters.
     pub reason: Rejection,

@@ -56,7 +56,7 @@ pub struct Hello {
 
 impl Hello {
     /// Its value of `kind`.
-    pub const KIND: &str = "hello";
+    pub(crate) const KIND: &str = "hello";
 }
 
 /// Without the token, which must not get into a log.

@@ -53,19 +53,6 @@ pub enum RecordedEvent {
 }
 
 impl RecordedEvent {
-    /// All values of `kind`.
-    pub const KINDS: [&str; 9] = [
-        "step",
-        "joined",
-        "connected",
-        "welcomed",
-        "spoken",
-        "refused",
-        "report",
-        "finished",
-        "stopped",
-    ];
-
     /// Its value of `kind`.
     pub fn kind(&self) -> &'static str {
         match self {
@@ -84,7 +71,7 @@ impl RecordedEvent {
 
 /// A time [s since 1970] rounded so that a recording returns it bit-exactly. Recordings store
 /// nanoseconds, which are finer than the precision of a present timestamp.
-pub fn whole_microseconds(time: f64) -> f64 {
+pub(crate) fn whole_microseconds(time: f64) -> f64 {
     (time * 1e6).round() / 1e6
 }
 
@@ -95,6 +82,7 @@ fn is_nothing(ahead: &f64) -> bool {
 /// The settings of a run: the first metadata of a recording, with everything needed to run it
 /// again.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Heading {
     /// Version of the recording's topics and fields.
     pub recording: u64,
@@ -102,7 +90,7 @@ pub struct Heading {
     pub protocol: u64,
     /// The program and its version.
     pub program: String,
-    /// The command line.
+    /// The command line that started the run.
     pub command: String,
     /// The station as TOML.
     pub station: String,
@@ -150,7 +138,7 @@ pub struct Heading {
 
 impl Heading {
     /// The version that this module writes.
-    pub const RECORDING: u64 = 1;
+    pub(crate) const RECORDING: u64 = 1;
 
     /// The settings of a run with this configuration; other fields are empty.
     pub fn of(config: &Config) -> Self {

@@ -26,7 +26,7 @@ const LARGEST: u64 = 1 << 28;
 
 /// Reads an MCAP file and decompresses its chunks.
 #[derive(Debug)]
-pub struct Inflate<R> {
+pub(super) struct Inflate<R> {
     file: R,
     /// Bytes ready to be read, from `taken` on.
     ready: Vec<u8>,
@@ -43,7 +43,7 @@ pub struct Inflate<R> {
 
 impl<R: Read> Inflate<R> {
     /// A reader of the file from its beginning.
-    pub fn new(file: R) -> Self {
+    pub(super) fn new(file: R) -> Self {
         Self {
             file,
             ready: Vec::new(),
@@ -57,12 +57,12 @@ impl<R: Read> Inflate<R> {
     }
 
     /// Whether the checksum of the file's data is wrong, if it has one and that has been read.
-    pub fn is_damaged(&self) -> bool {
+    pub(super) fn is_damaged(&self) -> bool {
         self.is_damaged
     }
 
     /// Whether the file has ended within a record.
-    pub fn is_torn(&self) -> bool {
+    pub(super) fn is_torn(&self) -> bool {
         self.is_torn
     }
 
@@ -109,11 +109,17 @@ impl<R: Read> Inflate<R> {
             return Ok(());
         }
         self.add(0);
-        let fixed = CHUNK_FIXED as u64 + 4;
-        if self.ready[0] != CHUNK || length < fixed {
+        if self.ready[0] != CHUNK || length < CHUNK_FIXED as u64 + 4 {
             self.passing = length;
             return Ok(());
         }
+        self.next_chunk(length)
+    }
+
+    /// Prepares a chunk of `length` bytes, of which nothing but the start of the record was read: if
+    /// it is compressed, whole and without compression.
+    fn next_chunk(&mut self, length: u64) -> Result<()> {
+        let fixed = CHUNK_FIXED as u64 + 4;
         let start = self.ready.len();
         if !self.take(fixed)? {
             self.is_over = true;

@@ -14,8 +14,9 @@ mod read;
 #[cfg(feature = "mcap")]
 mod write;
 
-pub use event::{Heading, RecordedEvent, whole_microseconds};
+pub(crate) use event::whole_microseconds;
+pub use event::{Heading, RecordedEvent};
 #[cfg(feature = "mcap")]
 pub use read::{RecordingEnd, RecordingEntry, RecordingReader};
 #[cfg(feature = "mcap")]
-pub use write::Recorder;
+pub(crate) use write::Recorder;

@@ -26,7 +26,7 @@ pub enum RecordingEntry {
     In(Incoming, f64),
     /// A message was sent: its line, without the line ending.
     Out(String),
-    /// Something else happened.
+    /// An event that is not a message.
     Event(RecordedEvent),
 }
 
@@ -89,19 +89,39 @@ impl RecordingReader {
             state: None,
             first: None,
         };
-        let strange = "give a file that `pickline run` wrote with 'record'";
-        let place = reader.name.clone();
-        let wrong = |problem: String| Error::input(place.clone(), problem, strange);
-        let (name, fields) = match reader.part() {
+        reader.heading = reader.read_heading()?;
+        reader.first = match reader.part()? {
+            Some(McapPart::Metadata(name, fields)) if name == "state" => {
+                let text = fields.get("state").map_or("", String::as_str);
+                let change: StateChange = serde_json::from_str(text).map_err(|error| {
+                    let problem = format!("has an invalid state: {error}");
+                    not_a_recording(&reader.name, problem).caused_by(error)
+                })?;
+                let mut state = LineState::default();
+                state.apply(change);
+                reader.state = Some(state);
+                None
+            }
+            Some(McapPart::Entry(entry)) => Some(entry),
+            _ => None,
+        };
+        Ok(reader)
+    }
+
+    /// Reads the heading, which comes first.
+    fn read_heading(&mut self) -> Result<Heading> {
+        let place = self.name.clone();
+        let wrong = |problem: String| not_a_recording(&place, problem);
+        let (name, fields) = match self.part() {
             Ok(Some(McapPart::Metadata(name, fields))) => (name, fields),
-            Err(_) if reader.profile.starts_with("ros") => return Err(ros_bag(&place)),
-            Err(error) if reader.entries == 0 => return Err(error),
+            Err(_) if self.profile.starts_with("ros") => return Err(ros_bag(&place)),
+            Err(error) if self.entries == 0 => return Err(error),
             // Messages come first, whether they are of the protocol or not.
-            _ if reader.profile.starts_with("ros") => return Err(ros_bag(&place)),
+            _ if self.profile.starts_with("ros") => return Err(ros_bag(&place)),
             Ok(Some(McapPart::Entry(_))) | Err(_) => return Err(without_heading(&place)),
             Ok(None) => return Err(wrong("is not a recording of pickline".into())),
         };
-        if name == "rosbag2" || reader.profile.starts_with("ros") {
+        if name == "rosbag2" || self.profile.starts_with("ros") {
             return Err(ros_bag(&place));
         }
         let heading = (name == "pickline").then(|| heading(&fields)).flatten();
@@ -116,22 +136,7 @@ impl RecordingReader {
                 Heading::RECORDING,
             )));
         }
-        reader.heading = heading;
-        reader.first = match reader.part()? {
-            Some(McapPart::Metadata(name, fields)) if name == "state" => {
-                let text = fields.get("state").map_or("", String::as_str);
-                let change: StateChange = serde_json::from_str(text).map_err(|error| {
-                    wrong(format!("has an invalid state: {error}")).caused_by(error)
-                })?;
-                let mut state = LineState::default();
-                state.apply(change);
-                reader.state = Some(state);
-                None
-            }
-            Some(McapPart::Entry(entry)) => Some(entry),
-            _ => None,
-        };
-        Ok(reader)
+        Ok(heading)
     }
 
     /// How the recording ends; known once there is no further entry.
@@ -245,13 +250,11 @@ impl RecordingReader {
                     self.is_unordered |= header.log_time < self.last;
                     self.last = self.last.max(header.log_time);
                     let topic = self.topics.get(&header.channel_id);
-                    if let Some(entry) =
-                        entry(topic.map_or("", String::as_str), &data, header.log_time).map_err(
-                            |error| {
-                                error.inside(&format!("{}, message {}", self.name, self.entries))
-                            },
-                        )?
-                    {
+                    let topic = topic.map_or("", String::as_str);
+                    let found = entry(topic, &data, header.log_time).map_err(|error| {
+                        error.inside(&format!("{}, message {}", self.name, self.entries))
+                    })?;
+                    if let Some(entry) = found {
                         return Ok(Some(McapPart::Entry(entry)));
                     }
                 }
@@ -278,6 +281,11 @@ fn check_not_compressed(head: &[u8], path: &Path) -> Result<()> {
         )),
         None => Ok(()),
     }
+}
+
+fn not_a_recording(place: &str, problem: String) -> Error {
+    let cure = "give a file that `pickline run` wrote with 'record'";
+    Error::input(place, problem, cure)
 }
 
 fn ros_bag(place: &str) -> Error {

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 const FLUSH: f64 = 1.0;
 
 /// A recording that is being written.
-pub struct Recorder {
+pub(crate) struct Recorder {
     path: PathBuf,
     writer: Writer<BufWriter<File>>,
     channels: HashMap<String, Channel>,
@@ -37,7 +37,11 @@ impl Recorder {
     ///
     /// # Errors
     /// The file already exists or cannot be created.
-    pub fn create(path: &Path, heading: &Heading, state: Option<&StateChange>) -> Result<Self> {
+    pub(crate) fn create(
+        path: &Path,
+        heading: &Heading,
+        state: Option<&StateChange>,
+    ) -> Result<Self> {
         let file = File::options().write(true).create_new(true).open(path);
         let file = file.map_err(|error| match error.kind() {
             ErrorKind::AlreadyExists if !path.is_file() => Error::path(
@@ -108,7 +112,7 @@ impl Recorder {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn record_incoming(&mut self, message: &Incoming, now: f64) -> Result<()> {
+    pub(crate) fn record_incoming(&mut self, message: &Incoming, now: f64) -> Result<()> {
         let line = protocol::encode(message);
         self.write("/in/", message.kind(), &line, message.stamp(), now)
     }
@@ -117,7 +121,7 @@ impl Recorder {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn record_outgoing(&mut self, message: &Outgoing, now: f64) -> Result<()> {
+    pub(crate) fn record_outgoing(&mut self, message: &Outgoing, now: f64) -> Result<()> {
         let line = protocol::encode(message);
         self.write("/out/", message.kind(), &line, message.stamp(), now)
     }
@@ -126,7 +130,7 @@ impl Recorder {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn record_event(&mut self, event: &RecordedEvent, now: f64) -> Result<()> {
+    pub(crate) fn record_event(&mut self, event: &RecordedEvent, now: f64) -> Result<()> {
         let line = protocol::encode(event);
         self.write("/node/", event.kind(), &line, now, now)
     }
@@ -155,7 +159,7 @@ impl Recorder {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn flush(&mut self, now: f64) -> Result<()> {
+    pub(crate) fn flush(&mut self, now: f64) -> Result<()> {
         // The machine's clock may have been set back.
         let is_time = now - self.flushed >= FLUSH || now < self.flushed;
         if self.is_flushed || !is_time {
@@ -170,7 +174,7 @@ impl Recorder {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn finish(mut self) -> Result<()> {
+    pub(crate) fn finish(mut self) -> Result<()> {
         let finished = self.writer.finish();
         finished.map_err(|error| cannot_write(&self.path, error))?;
         Ok(())

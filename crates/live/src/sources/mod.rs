@@ -31,16 +31,33 @@ const SAME: f64 = 5e-3;
 const SAME_SHARE: f64 = 0.1;
 
 /// The kind and the name of a source.
-pub type SourceKey = (SourceKind, String);
+pub(crate) type SourceKey = (SourceKind, String);
 
 /// Times of silence after which sources are overdue [s]. 0 is never; without a value it follows
 /// from their periods.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct Timeouts {
     /// For the belt [s].
     pub belt: Option<f64>,
     /// For a robot [s].
     pub robot: Option<f64>,
+}
+
+impl Timeouts {
+    /// With this time for the belt [s].
+    #[must_use]
+    pub fn with_belt(mut self, belt: impl Into<Option<f64>>) -> Self {
+        self.belt = belt.into();
+        self
+    }
+
+    /// With this time for a robot [s].
+    #[must_use]
+    pub fn with_robot(mut self, robot: impl Into<Option<f64>>) -> Self {
+        self.robot = robot.into();
+        self
+    }
 }
 
 /// The state of a source.
@@ -59,7 +76,7 @@ struct Source {
 
 /// The states of all sources.
 #[derive(Debug, Clone)]
-pub struct Sources {
+pub(crate) struct Sources {
     table: BTreeMap<SourceKey, Source>,
     timeouts: Timeouts,
     /// By how much the machine's clock is ahead of the node's time because it was set [s].
@@ -70,7 +87,7 @@ pub struct Sources {
 
 /// How a timestamp is mapped.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MappedStamp {
+pub(crate) struct MappedStamp {
     /// What is added to it [s].
     pub shift: f64,
     /// The step of the source's clock since its last message, if there was one.
@@ -79,7 +96,7 @@ pub struct MappedStamp {
 
 /// A step of a source's clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ClockStep {
+pub(crate) struct ClockStep {
     /// By how much the clock is ahead of what was expected [s].
     pub by: f64,
     /// Whether this is the first message of the source, so that it is not known whether the clock
@@ -89,7 +106,7 @@ pub struct ClockStep {
 
 impl Sources {
     /// No sources yet.
-    pub fn new(timeouts: Timeouts, has_offsets: bool) -> Self {
+    pub(crate) fn new(timeouts: Timeouts, has_offsets: bool) -> Self {
         Self {
             table: BTreeMap::new(),
             timeouts,
@@ -99,13 +116,13 @@ impl Sources {
     }
 
     /// By how much the machine's clock is ahead of the node's time because it was set [s].
-    pub fn ahead(&self) -> f64 {
+    pub(crate) fn ahead(&self) -> f64 {
         self.ahead
     }
 
     /// Sets by how much the machine's clock is ahead [s]. Returns by how much it was set, if it
     /// was.
-    pub fn set_ahead(&mut self, ahead: f64) -> Option<f64> {
+    pub(crate) fn set_ahead(&mut self, ahead: f64) -> Option<f64> {
         let step = ahead - self.ahead;
         if step == 0.0 {
             return None;
@@ -137,7 +154,12 @@ impl Sources {
 
     /// Maps the timestamp `stamp` [s] of a message that arrived at `received` [s], both since 1970.
     /// None if it is in the future or too old, and no other messages confirm it.
-    pub fn map(&mut self, key: &SourceKey, stamp: f64, received: f64) -> Option<MappedStamp> {
+    pub(crate) fn map(
+        &mut self,
+        key: &SourceKey,
+        stamp: f64,
+        received: f64,
+    ) -> Option<MappedStamp> {
         // The time at which it was heard is noted once the message is accepted.
         let source = self.entry(key, f64::NEG_INFINITY);
         let stepped = match source.offset.judge(stamp, received) {
@@ -156,7 +178,7 @@ impl Sources {
     }
 
     /// What is subtracted from the node's time for a timestamp by the clock of `key` [s].
-    pub fn shift(&self, key: &SourceKey) -> f64 {
+    pub(crate) fn shift(&self, key: &SourceKey) -> f64 {
         let source = self.table.get(key);
         source.map_or(-self.ahead, |source| source.offset.shift())
     }
@@ -164,7 +186,7 @@ impl Sources {
     /// Notes that a source was heard at `time` [s]. `says` is the state that it reported, as a
     /// number; none for an answer. It repeats itself if it reports the same state again; a source
     /// that only reports changes has no period.
-    pub fn hear(&mut self, key: &SourceKey, time: f64, says: Option<f64>) {
+    pub(crate) fn hear(&mut self, key: &SourceKey, time: f64, says: Option<f64>) {
         let source = self.entry(key, time);
         source.heard = source.heard.max(time);
         let Some(value) = says else {
@@ -197,7 +219,7 @@ impl Sources {
     }
 
     /// When the belt will be overdue if it stays silent [s].
-    pub fn belt_until(&self) -> f64 {
+    pub(crate) fn belt_until(&self) -> f64 {
         let belts = self.table.iter();
         let belts = belts.filter(|((kind, _), _)| *kind == SourceKind::Belt);
         let limits = belts.map(|(_, source)| self.limit(SourceKind::Belt, source));
@@ -205,7 +227,7 @@ impl Sources {
     }
 
     /// When a robot will be overdue if it stays silent [s].
-    pub fn robot_until(&self, key: &SourceKey) -> f64 {
+    pub(crate) fn robot_until(&self, key: &SourceKey) -> f64 {
         let source = self.table.get(key);
         source.map_or(f64::INFINITY, |source| {
             self.limit(SourceKind::Robot, source)
@@ -214,7 +236,7 @@ impl Sources {
 
     /// Smallest time from the timestamps of pictures to their arrival [s]; none if it is unknown or
     /// there is more than one camera.
-    pub fn camera_offset(&self) -> Option<f64> {
+    pub(crate) fn camera_offset(&self) -> Option<f64> {
         let cameras = self.table.iter();
         let mut cameras = cameras.filter(|((kind, _), _)| *kind == SourceKind::Camera);
         let (_, camera) = cameras.next()?;
@@ -223,7 +245,7 @@ impl Sources {
     }
 
     /// The remarks due at `now` [s]: sources that are overdue, and sources heard again.
-    pub fn remarks(&mut self, now: f64) -> Vec<String> {
+    pub(crate) fn remarks(&mut self, now: f64) -> Vec<String> {
         let mut remarks = Vec::new();
         let mut table = std::mem::take(&mut self.table);
         for ((kind, name), source) in &mut table {
@@ -279,7 +301,7 @@ impl Sources {
     }
 
     /// The `sources` of a status at `now` [s].
-    pub fn report(&self, now: f64) -> Vec<SourceReport> {
+    pub(crate) fn report(&self, now: f64) -> Vec<SourceReport> {
         let heard = self.table.iter();
         let heard = heard.filter(|(_, source)| source.heard > f64::NEG_INFINITY);
         let report = |((kind, name), source): (&SourceKey, &Source)| {

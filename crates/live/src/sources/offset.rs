@@ -61,7 +61,7 @@ struct Pending {
 
 /// How a timestamp is judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum StampJudgement {
+pub(super) enum StampJudgement {
     /// With the present shift it is plausible or late.
     Fits,
     /// The source's clock was set by this much [s], and the shift has followed.
@@ -81,7 +81,7 @@ pub enum StampJudgement {
 /// possible. Only the impossible is mapped: timestamps in the future, and steps. The smallest
 /// recent delay is what a status shows.
 #[derive(Debug, Clone, Default)]
-pub struct Offset {
+pub(super) struct Offset {
     shift: f64,
     floor: Floor,
     /// The newest timestamp [s], unmapped.
@@ -95,7 +95,7 @@ pub struct Offset {
 impl Offset {
     /// The offset of a new source, whose clock is assumed to be ahead like the machine's, by
     /// `ahead` [s].
-    pub fn new(ahead: f64) -> Self {
+    pub(super) fn new(ahead: f64) -> Self {
         Self {
             shift: -ahead,
             ..Self::default()
@@ -103,23 +103,23 @@ impl Offset {
     }
 
     /// What is added to a timestamp [s].
-    pub fn shift(&self) -> f64 {
+    pub(super) fn shift(&self) -> f64 {
         self.shift
     }
 
     /// The smallest recent delay [s], after the shift.
-    pub fn delay(&self) -> Option<f64> {
+    pub(super) fn delay(&self) -> Option<f64> {
         self.floor.least()
     }
 
     /// The smallest delay [s] once enough messages have shown it.
-    pub fn settled_delay(&self) -> Option<f64> {
+    pub(super) fn settled_delay(&self) -> Option<f64> {
         self.floor.least().filter(|_| self.fits >= SETTLED)
     }
 
     /// The node's own clock was set by `step` [s]. The source is assumed to use the same clock,
     /// unless its next messages show otherwise.
-    pub fn follow(&mut self, step: f64) {
+    pub(super) fn follow(&mut self, step: f64) {
         self.others.push(self.shift);
         if self.others.len() > 4 {
             self.others.remove(0);
@@ -131,7 +131,7 @@ impl Offset {
 
     /// Judges a message with the timestamp `stamp` [s] that arrived at `received` [s], in the
     /// node's time.
-    pub fn judge(&mut self, stamp: f64, received: f64) -> StampJudgement {
+    pub(super) fn judge(&mut self, stamp: f64, received: f64) -> StampJudgement {
         let delay = received - (stamp + self.shift);
         let Some(floor) = self.floor.least() else {
             return self.judge_first(stamp, received, delay);

@@ -12,7 +12,7 @@ const REGULAR: f64 = 3.0;
 
 /// The typical interval of a source's messages.
 #[derive(Debug, Clone, Default)]
-pub struct Period {
+pub(super) struct Period {
     /// The last gaps [s].
     gaps: Vec<f64>,
     next: usize,
@@ -24,7 +24,7 @@ pub struct Period {
 
 impl Period {
     /// Notes a message `gap` [s] after the previous one; `repeats` is whether it repeats that.
-    pub fn note(&mut self, gap: f64, repeats: bool) {
+    pub(super) fn note(&mut self, gap: f64, repeats: bool) {
         if !repeats {
             (self.span, self.next) = (0.0, 0);
             self.gaps.clear();
@@ -51,7 +51,7 @@ impl Period {
     }
 
     /// The period [s], if the source repeats itself regularly.
-    pub fn get(&self) -> Option<f64> {
+    pub(super) fn get(&self) -> Option<f64> {
         self.learned
     }
 }

@@ -92,14 +92,29 @@ impl std::fmt::Debug for Token {
 
 /// What a peer must present when it connects.
 #[derive(Debug, Clone, Default)]
+#[non_exhaustive]
 pub struct Access {
-    /// The required token.
+    /// The secret that a peer sends in its hello; if none, no token is needed.
     pub token: Option<Token>,
     /// How connections are encrypted, and whose certificates are trusted.
     pub tls: Option<Tls>,
 }
 
 impl Access {
+    /// With this token.
+    #[must_use]
+    pub fn with_token(mut self, token: impl Into<Option<Token>>) -> Self {
+        self.token = token.into();
+        self
+    }
+
+    /// With connections that are encrypted like this.
+    #[must_use]
+    pub fn with_tls(mut self, tls: impl Into<Option<Tls>>) -> Self {
+        self.tls = tls.into();
+        self
+    }
+
     /// Whether peers must present anything.
     pub fn is_closed(&self) -> bool {
         self.token.is_some() || self.tls.as_ref().is_some_and(Tls::checks_peers)

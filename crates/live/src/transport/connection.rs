@@ -6,7 +6,7 @@ use tokio::sync::OwnedSemaphorePermit;
 
 /// A connection that is not yet admitted.
 pub struct Connection {
-    /// Its bytes.
+    /// The stream of bytes in both directions, encrypted or not.
     pub stream: Stream,
     /// Address of the other side.
     pub address: Option<SocketAddr>,

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Reads the time [s]; passed in by the caller, which knows the kind of clock.
-pub type ReadClock = fn() -> f64;
+pub(super) type ReadClock = fn() -> f64;
 
 /// The format of lines.
 #[derive(Debug, Clone, Copy, Default)]

@@ -8,7 +8,7 @@ use pickline::error::Error;
 /// An event from the peers.
 #[derive(Debug)]
 pub enum TransportEvent {
-    /// A line.
+    /// A line of text, not yet decoded.
     Line(Origin, Vec<u8>),
     /// A message that did not come as a line. Its values are checked.
     Message(Origin, Box<Message>),
@@ -30,6 +30,6 @@ pub enum TransportEvent {
     Ended(u64),
     /// A remark for the user.
     Remark(String),
-    /// A fatal error.
+    /// An error after which the transport cannot go on.
     Failed(Error),
 }

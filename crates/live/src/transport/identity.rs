@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 /// What a peer has stated about itself. Robots are numbered upstream first.
 #[derive(Debug, Default)]
-pub struct Identity {
+pub(super) struct Identity {
     /// Its role and name, once it has sent a hello.
     hello: Option<(Role, String)>,
     /// The robots named in its hello.
@@ -18,7 +18,7 @@ pub struct Identity {
 
 impl Identity {
     /// A connection that all peers share, unless it sends a hello.
-    pub fn shared() -> Self {
+    pub(super) fn shared() -> Self {
         Self {
             is_shared: true,
             ..Self::default()
@@ -26,7 +26,7 @@ impl Identity {
     }
 
     /// Notes its hello for these robots.
-    pub fn greet(&mut self, hello: Hello, robots: BTreeSet<usize>) {
+    pub(super) fn greet(&mut self, hello: Hello, robots: BTreeSet<usize>) {
         self.hello = Some((hello.role, hello.name));
         self.robots = robots;
         self.heard.clear();
@@ -34,43 +34,43 @@ impl Identity {
     }
 
     /// Whether it has sent a hello.
-    pub fn has_greeted(&self) -> bool {
+    pub(super) fn has_greeted(&self) -> bool {
         self.hello.is_some()
     }
 
     /// Its role, if it has sent a hello.
-    pub fn role(&self) -> Option<Role> {
+    pub(super) fn role(&self) -> Option<Role> {
         self.hello.as_ref().map(|(role, _)| *role)
     }
 
     /// Whether it only reports about the line and needs no answers.
-    pub fn is_source(&self) -> bool {
+    pub(super) fn is_source(&self) -> bool {
         matches!(self.role(), Some(Role::Camera | Role::Encoder))
     }
 
     /// Its name, if it has sent a hello.
-    pub fn name(&self) -> Option<&str> {
+    pub(super) fn name(&self) -> Option<&str> {
         self.hello.as_ref().map(|(_, name)| name.as_str())
     }
 
     /// The robots that it speaks for.
-    pub fn robots(&self) -> impl Iterator<Item = usize> + '_ {
+    pub(super) fn robots(&self) -> impl Iterator<Item = usize> + '_ {
         self.robots.union(&self.heard).copied()
     }
 
     /// Whether it speaks for a robot: its hello names it, or it has sent messages from it.
-    pub fn speaks_for(&self, robot: usize) -> bool {
+    pub(super) fn speaks_for(&self, robot: usize) -> bool {
         self.is_shared || self.robots.contains(&robot) || self.heard.contains(&robot)
     }
 
     /// Notes a message from a robot. Returns whether it is the first one.
-    pub fn note(&mut self, robot: usize) -> bool {
+    pub(super) fn note(&mut self, robot: usize) -> bool {
         !self.is_shared && !self.robots.contains(&robot) && self.heard.insert(robot)
     }
 
     /// Whether tasks of a robot that are sent to this peer may reach the robot. `is_owned` is
     /// whether any hello names the robot.
-    pub fn carries(&self, robot: usize, is_owned: bool) -> bool {
+    pub(super) fn carries(&self, robot: usize, is_owned: bool) -> bool {
         match self.role() {
             None => self.is_shared || !is_owned,
             Some(Role::Robot) => self.robots.contains(&robot),
@@ -79,7 +79,7 @@ impl Identity {
     }
 
     /// Whether it is sent a message for `robot`, or for all.
-    pub fn gets(&self, message: &Message, robot: Option<usize>) -> bool {
+    pub(super) fn gets(&self, message: &Message, robot: Option<usize>) -> bool {
         let Message::FromNode(message) = message else {
             return true;
         };
@@ -98,7 +98,7 @@ impl Identity {
     ///
     /// # Errors
     /// Its role may not send the message, or it may not speak for the robot.
-    pub fn check(
+    pub(super) fn check(
         &self,
         message: &Incoming,
         robot: Option<usize>,

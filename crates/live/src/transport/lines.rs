@@ -6,7 +6,7 @@ use std::io::{BufRead, ErrorKind, Result};
 /// A line, without its line ending.
 #[derive(Debug, PartialEq, Eq)]
 pub enum InputLine {
-    /// The line.
+    /// All bytes of the line.
     Whole(Vec<u8>),
     /// It was too long and was skipped.
     TooLong,
@@ -14,7 +14,7 @@ pub enum InputLine {
 
 /// Assembles lines from bytes that come in parts.
 #[derive(Debug, Default)]
-pub struct LineSplitter {
+pub(super) struct LineSplitter {
     line: Vec<u8>,
     too_long: bool,
     /// Number of lines so far, including blank ones.
@@ -24,7 +24,7 @@ pub struct LineSplitter {
 impl LineSplitter {
     /// Consumes bytes up to the end of the next non-blank line, and returns its number, from 1, and
     /// the line; none if the bytes end before. A line that is too long takes no extra memory.
-    pub fn next(&mut self, bytes: &mut &[u8]) -> Option<(u64, InputLine)> {
+    pub(super) fn next(&mut self, bytes: &mut &[u8]) -> Option<(u64, InputLine)> {
         while !bytes.is_empty() {
             let end = bytes.iter().position(|byte| *byte == b'\n');
             let part = &bytes[..end.unwrap_or(bytes.len())];
@@ -45,7 +45,7 @@ impl LineSplitter {
     }
 
     /// Ends the line at the end of the stream; none if it is blank.
-    pub fn end(&mut self) -> Option<(u64, InputLine)> {
+    pub(super) fn end(&mut self) -> Option<(u64, InputLine)> {
         self.number += 1;
         let line = std::mem::take(&mut self.line);
         if std::mem::take(&mut self.too_long) {
@@ -57,14 +57,14 @@ impl LineSplitter {
 
 /// The lines of a stream.
 #[derive(Debug)]
-pub struct LineReader<R> {
+pub(super) struct LineReader<R> {
     stream: R,
     splitter: LineSplitter,
 }
 
 impl<R: BufRead> LineReader<R> {
     /// The lines of `stream`.
-    pub fn new(stream: R) -> Self {
+    pub(super) fn new(stream: R) -> Self {
         let splitter = LineSplitter::default();
         Self { stream, splitter }
     }
@@ -73,7 +73,7 @@ impl<R: BufRead> LineReader<R> {
     ///
     /// # Errors
     /// The stream cannot be read.
-    pub fn next(&mut self) -> Result<Option<(u64, InputLine)>> {
+    pub(super) fn next(&mut self) -> Result<Option<(u64, InputLine)>> {
         loop {
             let bytes = match self.stream.fill_buf() {
                 Ok(bytes) => bytes,

@@ -13,7 +13,11 @@ mod dialect;
 mod endpoint;
 mod event;
 #[cfg(test)]
-#[allow(dead_code, reason = "the tests of crates/cli use all of it")]
+#[allow(
+    dead_code,
+    unreachable_pub,
+    reason = "the tests of crates/cli use all of it"
+)]
 #[path = "../../../../tests/common/gate.rs"]
 mod gate;
 mod hub;
@@ -38,7 +42,8 @@ pub use descriptors::is_short as is_short_of_descriptors;
 pub use dialect::Dialect;
 pub use endpoint::Endpoint;
 pub use event::TransportEvent;
-pub use hub::{HelloOutcome, Hub, HubOptions};
+pub(crate) use hub::HelloOutcome;
+pub use hub::{Hub, HubOptions};
 pub use origin::Origin;
 
 /// Size of the inbox, for all peers together; readers wait when it is full.

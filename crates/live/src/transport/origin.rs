@@ -17,7 +17,7 @@ pub enum Origin {
         /// Line number in that connection, from 1.
         number: u64,
     },
-    /// A topic.
+    /// A topic of MQTT or ROS 2; the peers that publish on it are not told apart.
     Topic(Arc<str>),
 }
 

@@ -12,17 +12,17 @@ use tokio::sync::mpsc::error::{TryRecvError, TrySendError};
 use tokio::sync::{mpsc, watch};
 
 /// Maximum number of messages queued for a peer.
-pub const QUEUE_CAPACITY: usize = 1024;
+pub(super) const QUEUE_CAPACITY: usize = 1024;
 
 /// The queue of a peer, for the thread that writes to it.
 #[derive(Debug)]
-pub struct Waiting {
+pub(super) struct Waiting {
     messages: mpsc::Receiver<Message>,
 }
 
 impl Waiting {
     /// Waits for the next message; none once there will be no more.
-    pub fn next(&mut self) -> Option<Message> {
+    pub(super) fn next(&mut self) -> Option<Message> {
         self.messages.blocking_recv()
     }
 
@@ -30,14 +30,14 @@ impl Waiting {
     ///
     /// # Errors
     /// There is none now, or there will be no more.
-    pub fn try_next(&mut self) -> Result<Message, TryRecvError> {
+    pub(super) fn try_next(&mut self) -> Result<Message, TryRecvError> {
         self.messages.try_recv()
     }
 }
 
 /// The means to disconnect a socket before everything is written.
 #[derive(Debug)]
-pub struct PeerSocket {
+pub(super) struct PeerSocket {
     /// Who is at the other end.
     pub address: Option<SocketAddr>,
     /// Becomes true to end the connection at once.
@@ -56,7 +56,7 @@ struct Newcomer {
 
 /// A peer, as seen by the sender of messages.
 #[derive(Debug)]
-pub struct Peer {
+pub(super) struct Peer {
     /// Its identity.
     pub identity: Identity,
     /// None once nothing more is to be written.
@@ -95,7 +95,10 @@ impl std::fmt::Debug for CloseAction {
 impl Peer {
     /// Starts the thread of a peer that cannot be disconnected. It writes with `write` until the
     /// queue has ended.
-    pub fn start(up: Arc<AtomicBool>, write: impl FnOnce(&mut Waiting) + Send + 'static) -> Self {
+    pub(super) fn start(
+        up: Arc<AtomicBool>,
+        write: impl FnOnce(&mut Waiting) + Send + 'static,
+    ) -> Self {
         let (outbox, messages) = mpsc::channel(QUEUE_CAPACITY);
         let (done, written) = std::sync::mpsc::sync_channel(1);
         let mut waiting = Waiting { messages };
@@ -113,7 +116,7 @@ impl Peer {
 
     /// A peer on a socket, which another thread writes to. Its identity is unknown at first:
     /// messages to it wait until it is [`Peer::identify`].
-    pub fn on_socket(
+    pub(super) fn on_socket(
         outbox: mpsc::Sender<Message>,
         written: std::sync::mpsc::Receiver<()>,
         socket: PeerSocket,
@@ -151,28 +154,28 @@ impl Peer {
 
     /// The same peer, with an action at its end.
     #[cfg(any(feature = "mqtt", feature = "ros2"))]
-    pub fn ending(self, end: impl FnOnce() + Send + 'static) -> Self {
+    pub(crate) fn ending(self, end: impl FnOnce() + Send + 'static) -> Self {
         let ending = Some(CloseAction(Box::new(end)));
         Self { ending, ..self }
     }
 
     /// Whether the other end is connected now.
-    pub fn is_up(&self) -> bool {
+    pub(super) fn is_up(&self) -> bool {
         self.up.load(Ordering::Relaxed) && !self.is_dismissed
     }
 
     /// Whether it is on a socket, so that it can be disconnected.
-    pub fn is_on_socket(&self) -> bool {
+    pub(super) fn is_on_socket(&self) -> bool {
         self.socket.is_some()
     }
 
     /// Whether its messages are ignored from now on.
-    pub fn is_dismissed(&self) -> bool {
+    pub(super) fn is_dismissed(&self) -> bool {
         self.is_dismissed
     }
 
     /// Number of messages queued for it.
-    pub fn queued(&self) -> usize {
+    pub(super) fn queued(&self) -> usize {
         let outbox = self.outbox.as_ref();
         let queued = outbox.map_or(0, |outbox| outbox.max_capacity() - outbox.capacity());
         let kept = self.newcomer.as_ref().map_or(0, |new| new.messages.len());
@@ -180,12 +183,12 @@ impl Peer {
     }
 
     /// Whether its queue is more than half full, so that only necessary messages should be added.
-    pub fn is_half_full(&self) -> bool {
+    pub(super) fn is_half_full(&self) -> bool {
         self.queued() > QUEUE_CAPACITY / 2
     }
 
     /// Its title in reports to the user.
-    pub fn title(&self) -> String {
+    pub(super) fn title(&self) -> String {
         let address = self.socket.as_ref().and_then(|socket| socket.address);
         let address = address.map_or("the peer".to_owned(), |address| address.to_string());
         match (self.identity.role(), self.identity.name()) {
@@ -201,12 +204,12 @@ impl Peer {
     }
 
     /// How long it has been connected with an unknown identity, if that is so.
-    pub fn unknown_for(&self) -> Option<Duration> {
+    pub(super) fn unknown_for(&self) -> Option<Duration> {
         self.newcomer.as_ref().map(|new| new.since.elapsed())
     }
 
     /// Its identity is known, or no longer waited for. Returns the messages held back for it.
-    pub fn identify(&mut self) -> Vec<Message> {
+    pub(super) fn identify(&mut self) -> Vec<Message> {
         if let Some(socket) = &self.socket {
             let waits_when_stalled = self.identity.is_source();
             socket
@@ -217,7 +220,7 @@ impl Peer {
     }
 
     /// Sends a message, waiting for space in the queue.
-    pub fn send(&mut self, message: Message) {
+    pub(super) fn send(&mut self, message: Message) {
         if let Some(new) = &mut self.newcomer {
             new.messages.push(message);
         } else if let Some(outbox) = &self.outbox {
@@ -227,7 +230,7 @@ impl Peer {
 
     /// Sends a message if there is space; otherwise keeps it for later if it matters. Returns
     /// whether the peer keeps up; a socket that does not should be disconnected.
-    pub fn try_send(&mut self, message: Message, matters: bool) -> bool {
+    pub(super) fn try_send(&mut self, message: Message, matters: bool) -> bool {
         self.flush();
         if let Some(new) = &mut self.newcomer {
             new.messages.push(message);
@@ -261,7 +264,7 @@ impl Peer {
     }
 
     /// Sends the kept messages, as far as there is space.
-    pub fn flush(&mut self) {
+    pub(super) fn flush(&mut self) {
         while let Some(message) = self.overflow.pop_front() {
             if let Some(message) = self.pass(message) {
                 self.overflow.push_front(message);
@@ -279,7 +282,7 @@ impl Peer {
     }
 
     /// Disconnects it at once. Its messages so far count.
-    pub fn disconnect(&mut self) {
+    pub(super) fn disconnect(&mut self) {
         self.outbox = None;
         self.newcomer = None;
         self.up.store(false, Ordering::Relaxed);
@@ -289,7 +292,7 @@ impl Peer {
     }
 
     /// Disconnects it after a last message. Its further messages are ignored.
-    pub fn dismiss(&mut self, last: Message) {
+    pub(super) fn dismiss(&mut self, last: Message) {
         self.newcomer = None;
         self.pass(last);
         self.outbox = None;
@@ -297,7 +300,7 @@ impl Peer {
     }
 
     /// Writes the remaining messages and ends the stream, within `timeout`.
-    pub fn close(mut self, timeout: Duration) {
+    pub(super) fn close(mut self, timeout: Duration) {
         self.flush();
         self.outbox = None;
         let _ = self.written.recv_timeout(timeout);
@@ -307,7 +310,7 @@ impl Peer {
     }
 
     /// Ends the stream once everything is written. The peer may keep sending.
-    pub fn finish_writing(&mut self) {
+    pub(super) fn finish_writing(&mut self) {
         self.flush();
         self.outbox = None;
     }

@@ -12,7 +12,7 @@ use std::sync::mpsc::{SyncSender, TrySendError};
 use std::thread;
 
 /// Starts the threads of a peer on two streams. Its messages go to `inbox`, under its number.
-pub fn start(
+pub(super) fn start(
     number: u64,
     reads: impl Read + Send + 'static,
     writes: impl Write + Send + 'static,

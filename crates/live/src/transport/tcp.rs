@@ -28,11 +28,11 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc, oneshot, watch};
 use tokio::time::timeout;
 
 /// A peer that reads nothing for this time is disconnected.
-pub const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
+pub(super) const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
 /// Timeout for the TLS handshake.
 const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(5);
 /// Time for sending a last message.
-pub const CLOSE_TIMEOUT: Duration = Duration::from_millis(200);
+pub(super) const CLOSE_TIMEOUT: Duration = Duration::from_millis(200);
 /// Maximum number of connections that are not yet admitted; further ones wait.
 const MOST_PENDING: usize = 64;
 /// Pause after a failed accept, which means that too many files are open.
@@ -65,7 +65,7 @@ impl InboxSender {
 
 /// The thread of all connections.
 #[derive(Debug)]
-pub struct Tcp {
+pub(super) struct Tcp {
     handle: Handle,
     gate: InboxSender,
     tls: Option<Tls>,
@@ -80,7 +80,7 @@ impl Tcp {
     ///
     /// # Errors
     /// The system cannot provide the thread or its files.
-    pub fn start(
+    pub(super) fn start(
         inbox: SyncSender<TransportEvent>,
         tls: Option<Tls>,
         dialect: Dialect,
@@ -111,7 +111,7 @@ impl Tcp {
     }
 
     /// Notes that an event was taken out of the inbox.
-    pub fn free_inbox_slot(&self) {
+    pub(super) fn free_inbox_slot(&self) {
         self.gate.room.add_permits(1);
     }
 
@@ -119,7 +119,7 @@ impl Tcp {
     ///
     /// # Errors
     /// The listener cannot be polled.
-    pub fn listen(&self, listener: std::net::TcpListener) -> std::io::Result<()> {
+    pub(super) fn listen(&self, listener: std::net::TcpListener) -> std::io::Result<()> {
         listener.set_nonblocking(true)?;
         let _in_runtime = self.handle.enter();
         let listener = tokio::net::TcpListener::from_std(listener)?;
@@ -134,7 +134,7 @@ impl Tcp {
 
     /// Connects to `address` after a pause, and retries until it works. Waiting is reported once,
     /// and so is the connection that follows.
-    pub fn connect(&self, address: String, pause: Duration) {
+    pub(super) fn connect(&self, address: String, pause: Duration) {
         let (gate, tls) = (self.gate.clone(), self.tls.clone());
         let pending = Arc::clone(&self.pending);
         self.handle.spawn(async move {
@@ -175,7 +175,12 @@ impl Tcp {
 
     /// Reads and writes a connection from now on, as the peer `number`. It is disconnected if it
     /// reads nothing for the time `deadline`, if there is one.
-    pub fn serve(&self, number: u64, connection: Connection, deadline: Option<Duration>) -> Peer {
+    pub(super) fn serve(
+        &self,
+        number: u64,
+        connection: Connection,
+        deadline: Option<Duration>,
+    ) -> Peer {
         let (reads, writes) = tokio::io::split(connection.stream);
         let (outbox, waiting) = mpsc::channel(QUEUE_CAPACITY);
         let (done, written) = sync_channel(1);
@@ -212,7 +217,7 @@ impl Tcp {
     }
 
     /// Sends one message to a connection and closes it.
-    pub fn reject(&self, connection: Connection, word: &Message) {
+    pub(super) fn reject(&self, connection: Connection, word: &Message) {
         // It has sent nothing yet, so its dialect is unknown.
         let line = self
             .dialect

@@ -15,6 +15,7 @@ pub type Stream = Box<dyn ByteStream>;
 
 /// The files for TLS (PEM).
 #[derive(Debug, Clone, Default)]
+#[non_exhaustive]
 pub struct TlsFiles {
     /// Certificate of this side, with the chain to its authority.
     pub certificate: Option<PathBuf>,
@@ -25,6 +26,27 @@ pub struct TlsFiles {
 }
 
 impl TlsFiles {
+    /// With this certificate of this side.
+    #[must_use]
+    pub fn with_certificate(mut self, certificate: impl Into<Option<PathBuf>>) -> Self {
+        self.certificate = certificate.into();
+        self
+    }
+
+    /// With the private key of the certificate.
+    #[must_use]
+    pub fn with_key(mut self, key: impl Into<Option<PathBuf>>) -> Self {
+        self.key = key.into();
+        self
+    }
+
+    /// With the certificates of these authorities.
+    #[must_use]
+    pub fn with_authorities(mut self, authorities: impl Into<Option<PathBuf>>) -> Self {
+        self.authorities = authorities.into();
+        self
+    }
+
     /// Whether any file is given.
     pub fn is_any(&self) -> bool {
         self.certificate.is_some() || self.key.is_some() || self.authorities.is_some()
@@ -143,7 +165,7 @@ mod with_rustls {
         }
 
         /// Whether the other side needs a trusted certificate.
-        pub fn checks_peers(&self) -> bool {
+        pub(crate) fn checks_peers(&self) -> bool {
             self.checks_peers
         }
 
@@ -253,7 +275,7 @@ mod without {
         }
 
         /// Whether the other side needs a trusted certificate.
-        pub fn checks_peers(&self) -> bool {
+        pub(crate) fn checks_peers(&self) -> bool {
             match *self {}
         }
 

@@ -11,6 +11,7 @@ use serde::Serialize;
 
 /// A run compared with the bound of its pattern.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct CertifiedReport {
     /// Upper bound on the picks of every strategy.
     pub picks_upper_bound: usize,
@@ -69,6 +70,7 @@ impl CertifiedReport {
 
 /// The bound for one case of a comparison.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct CaseBoundReport {
     /// Mean of the most items that can be picked from a pattern.
     pub picks_upper_bound: f64,

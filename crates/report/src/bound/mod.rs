@@ -13,9 +13,10 @@ mod report;
 mod rounding;
 mod text;
 
-pub use certified::{CaseBoundReport, CertifiedReport};
+pub use certified::CertifiedReport;
 pub use report::BoundReport;
 
+pub(crate) use certified::CaseBoundReport;
 pub(crate) use rounding::rounded_up;
 
 use crate::presentation::Presentation;

@@ -8,8 +8,9 @@ use serde::Serialize;
 
 /// A bound as printed and written; the JSON field names are the product's format.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct BoundReport {
-    /// Items in the pattern.
+    /// Number of items in the pattern.
     pub items: usize,
     /// Items within reach of at least one robot.
     pub reachable: usize,
@@ -43,7 +44,7 @@ pub struct BoundReport {
     /// `optimal`: the schedule reaches the bound; `done`; `interrupted`: the bound still holds;
     /// `too_many_items`: time slots would be too coarse to be useful.
     pub stop_reason: &'static str,
-    /// Remarks for the reader.
+    /// Remarks on how the figures are to be read.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
     /// Where the result comes from.
@@ -57,6 +58,7 @@ pub struct BoundReport {
 
 /// A schedule confirmed by the independent checker.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct ScheduleReport {
     /// Number of items picked.
     pub picked: usize,

@@ -2,7 +2,7 @@
 
 use pickline::stats::Interval;
 
-/// An axis.
+/// The scale along one edge of a chart.
 #[derive(Debug)]
 pub(crate) enum ChartAxis {
     /// Numbers from `low` to `high`.
@@ -21,7 +21,7 @@ pub(crate) enum ChartAxis {
 impl ChartAxis {
     /// An axis with round ends that includes all `values`, and 0 if `from_zero`. Values that
     /// are not finite are ignored.
-    pub fn around(
+    pub(crate) fn around(
         title: impl Into<String>,
         values: impl IntoIterator<Item = f64>,
         from_zero: bool,
@@ -53,7 +53,7 @@ impl ChartAxis {
 
     /// An axis of whole numbers from `first` to `last`, such as robots or places. Its ticks are
     /// whole numbers as well, none below `first`.
-    pub fn counted(title: impl Into<String>, first: f64, last: f64) -> Self {
+    pub(crate) fn counted(title: impl Into<String>, first: f64, last: f64) -> Self {
         let step = round_step(((last - first) / 15.0).max(1.0));
         Self::Numbers {
             title: title.into(),
@@ -65,7 +65,7 @@ impl ChartAxis {
 
     /// Whether the axis does not include 0, so that lengths along it cannot be compared. Such
     /// an axis is drawn with a break.
-    pub fn is_cut(&self) -> bool {
+    pub(crate) fn is_cut(&self) -> bool {
         match self {
             Self::Numbers { low, high, .. } => *low > 0.0 || *high < 0.0,
             Self::Names(_) => false,
@@ -73,7 +73,7 @@ impl ChartAxis {
     }
 
     /// The same axis, ending at `end` at most.
-    pub fn up_to(mut self, end: f64) -> Self {
+    pub(crate) fn up_to(mut self, end: f64) -> Self {
         if let Self::Numbers { high, .. } = &mut self {
             *high = high.min(end);
         }

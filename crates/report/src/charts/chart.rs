@@ -1,9 +1,10 @@
 //! A chart as data, without pixels and colours.
 
 use super::axis::ChartAxis;
+use crate::game_theory::spell_out;
 use pickline::stats::Interval;
 
-/// A chart.
+/// A chart as it will be drawn: axes, layers and legend.
 #[derive(Debug)]
 pub(crate) struct Chart {
     /// A short title.
@@ -50,7 +51,7 @@ pub(crate) enum PointStyle {
     Bare,
 }
 
-/// A bar.
+/// A horizontal bar as long as `value`.
 #[derive(Debug)]
 pub(crate) struct ChartBar {
     pub value: f64,
@@ -61,7 +62,7 @@ pub(crate) struct ChartBar {
     pub tip: String,
 }
 
-/// A point.
+/// A point of a series, with its intervals.
 #[derive(Debug, Default)]
 pub(crate) struct ChartPoint {
     pub x: f64,
@@ -76,7 +77,7 @@ pub(crate) struct ChartPoint {
 
 impl ChartPoint {
     /// The same point, moved to the right.
-    pub fn moved(self, by: f64) -> Self {
+    pub(crate) fn moved(self, by: f64) -> Self {
         Self {
             x: self.x + by,
             ..self
@@ -132,7 +133,7 @@ pub(crate) enum Ink {
 
 impl Chart {
     /// The caption, with remarks that the axes require.
-    pub fn note(&self) -> String {
+    pub(crate) fn note(&self) -> String {
         let cut = [&self.x, &self.y]
             .iter()
             .filter(|scale| scale.is_cut())
@@ -143,6 +144,17 @@ impl Chart {
             _ => " Axes with a break do not begin at 0.",
         };
         format!("{}{cut}", self.caption)
+    }
+
+    /// Spells out "GT" at its first place in the order of reading.
+    pub(crate) fn spell_out_gt(&mut self) {
+        let axis = match &mut self.y {
+            ChartAxis::Numbers { title, .. } => Some(title),
+            ChartAxis::Names(_) => None,
+        };
+        let legend = self.legend.iter_mut().map(|line| &mut line.label);
+        let mut texts = std::iter::once(&mut self.title).chain(axis).chain(legend);
+        texts.any(spell_out);
     }
 }
 

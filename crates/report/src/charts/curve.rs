@@ -9,7 +9,7 @@ use pickline::rl::Curve;
 
 /// `curve` as an SVG file.
 pub fn curve_chart(curve: &Curve, made: &Provenance) -> String {
-    for_paper(&chart(curve), Some(made))
+    for_paper(chart(curve), Some(made))
 }
 
 fn chart(curve: &Curve) -> Chart {

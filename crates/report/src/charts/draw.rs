@@ -30,10 +30,11 @@ const TITLE_CHARACTERS: usize = 84;
 const TO_NUMBERS: f64 = 8.0;
 
 /// The chart as a standalone SVG file that states how it was made.
-pub(crate) fn for_paper(chart: &Chart, made: Option<&Provenance>) -> String {
+pub(crate) fn for_paper(mut chart: Chart, made: Option<&Provenance>) -> String {
     let made = made.map_or(String::new(), |made| format!(" {}", made.one_line()));
     let about = chart.note() + &made;
-    svg(chart, Look::Paper, &about)
+    chart.spell_out_gt();
+    svg(&chart, Look::Paper, &about)
 }
 
 /// The chart as an element of a page.

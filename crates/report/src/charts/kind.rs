@@ -54,7 +54,7 @@ impl<R> ChartKind<R> {
     /// The report lacks the data for this chart.
     pub fn svg(&self, report: &R, made: Option<&Provenance>) -> Result<String> {
         let chart = (self.chart)(report).ok_or_else(|| self.missing())?;
-        Ok(draw::for_paper(&chart, made))
+        Ok(draw::for_paper(chart, made))
     }
 }
 

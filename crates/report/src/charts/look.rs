@@ -20,7 +20,7 @@ const TINT: f64 = 0.5;
 
 impl Look {
     /// The colour of `ink`.
-    pub fn colour(self, ink: Ink) -> String {
+    pub(super) fn colour(self, ink: Ink) -> String {
         match (self, ink) {
             (Self::Paper, Ink::Series(i)) => SERIES[0][i % SERIES[0].len()].into(),
             (Self::Page, Ink::Series(i)) => format!("var(--series-{})", i % SERIES[1].len()),
@@ -33,7 +33,7 @@ impl Look {
 
     /// The colour of a bar of `ink`. If there are more series than colours, the second round
     /// has lighter tints, because bars have no shape to distinguish them.
-    pub fn bar_colour(self, ink: Ink) -> String {
+    pub(super) fn bar_colour(self, ink: Ink) -> String {
         let colour = self.colour(ink);
         match (self, ink) {
             (Self::Paper, Ink::Series(i)) if tinted(i) => mixed(&colour, self.ground(), TINT),
@@ -46,7 +46,7 @@ impl Look {
     }
 
     /// The background colour.
-    pub fn ground(self) -> &'static str {
+    pub(super) fn ground(self) -> &'static str {
         match self {
             Self::Paper => PAPER[0],
             Self::Page => "var(--paper)",
@@ -54,7 +54,7 @@ impl Look {
     }
 
     /// Colours of axes, grid, text and background.
-    pub fn theme(self) -> Theme {
+    pub(super) fn theme(self) -> Theme {
         let of = |paper: &str, page: &str| match self {
             Self::Paper => paper.to_owned(),
             Self::Page => page.to_owned(),

@@ -12,12 +12,13 @@ use serde::Serialize;
 
 /// A comparison as printed and written; the JSON field names are the product's format.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct ComparisonReport {
     /// The methods; the others are compared with the first.
     pub methods: Vec<MethodReport>,
-    /// The cases.
+    /// The completed cases, in the order in which they were given.
     pub cases: Vec<CaseReport>,
-    /// Remarks for the reader.
+    /// Remarks on how the figures are to be read.
     pub notes: Vec<String>,
     /// Where the result comes from.
     pub made: Provenance,
@@ -25,23 +26,25 @@ pub struct ComparisonReport {
     pub(super) with_paper: bool,
 }
 
-/// One method.
+/// Names of a compared method.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct MethodReport {
-    /// Its name in files.
+    /// Name in files: `robust_gt`, `greedy_gt`, or the strategy as it is written.
     pub id: String,
-    /// Its name in tables.
+    /// Name in tables, for people.
     pub title: String,
 }
 
 /// One case: a kind of pattern, with the results of all methods.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct CaseReport {
-    /// Its name.
+    /// Name of the case.
     pub name: String,
-    /// Items in each pattern.
+    /// Number of items in each pattern.
     pub items: usize,
-    /// Number of patterns.
+    /// Number of patterns of the case.
     pub patterns: usize,
     /// The results, one per method.
     pub results: Vec<MethodResultReport>,
@@ -74,6 +77,7 @@ pub(super) struct RunRow {
 
 /// One method on one case.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct MethodResultReport {
     /// The method's name in files.
     pub method: String,
@@ -110,8 +114,9 @@ pub struct MethodResultReport {
     pub paper: Option<PrintedReport>,
 }
 
-/// The paper's own figures.
+/// The figures that the paper prints for a method on a case.
 #[derive(Debug, Clone, Copy, Serialize)]
+#[non_exhaustive]
 pub struct PrintedReport {
     /// Items picked [%], Table 2.
     pub picked_percent: f64,

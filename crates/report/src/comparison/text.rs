@@ -3,6 +3,7 @@
 use super::report::{CaseReport, ComparisonReport, MethodResultReport, PrintedReport};
 use crate::bound::{CaseBoundReport, rounded_up};
 use crate::columns::TableColumns;
+use crate::game_theory::GT_LINE;
 use crate::table::{fixed, interval};
 
 /// A row of the table: a method on a case, or the bound of a case.
@@ -71,7 +72,7 @@ impl ComparisonReport {
             false => "",
         };
         format!(
-            "{table}means over {}\n{certified}{}{}",
+            "{table}{GT_LINE}means over {}\n{certified}{}{}",
             counts.join("; "),
             notes.collect::<String>(),
             self.made.lines()

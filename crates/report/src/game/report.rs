@@ -7,8 +7,9 @@ use serde::Serialize;
 
 /// A solved game as printed and written; the JSON field names are the product's format.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct GameReport {
-    /// `own` or `total`.
+    /// What a robot gains: `own` for its own picks, `total` for those of the line.
     pub payoff: &'static str,
     /// Unit of payoffs, rates, welfare and gains.
     pub unit: &'static str,
@@ -40,7 +41,7 @@ pub struct GameReport {
     pub rules_of_robots: Vec<RobotRulesReport>,
     /// All assignments, in registry order.
     pub profiles: Vec<ProfileReport>,
-    /// Remarks for the reader.
+    /// Remarks on how the figures are to be read.
     pub notes: Vec<String>,
     /// Where the result comes from.
     pub made: Provenance,
@@ -49,15 +50,16 @@ pub struct GameReport {
     pub nfg: String,
 }
 
-/// One equilibrium.
+/// An assignment from which no robot gains by deviating alone.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct EquilibriumReport {
     /// The rules, upstream first.
     pub assignment: Vec<String>,
     /// `strict`: every change of one rule is a loss to the robot that changes; `weak`: some
     /// change costs it nothing.
     pub kind: &'static str,
-    /// Each robot's payoff.
+    /// Payoff of each robot [1/min], upstream first.
     pub payoffs: Vec<Payoff>,
     /// Each robot's own picks per minute.
     pub rates: Vec<Payoff>,
@@ -78,10 +80,11 @@ pub struct EquilibriumReport {
 
 /// One robot changes its rule; the others keep theirs.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct DeviationReport {
-    /// The robot's name.
+    /// Name of the robot.
     pub robot: String,
-    /// Its new rule.
+    /// Rule that it changes to.
     pub rule: String,
     /// Whether the new rule gives this robot the same payoff as its own whatever the others do.
     pub equivalent: bool,
@@ -94,6 +97,7 @@ pub struct DeviationReport {
 
 /// The assignments with the highest welfare.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct SocialOptimum {
     /// The line's picks per minute.
     pub welfare: Payoff,
@@ -105,6 +109,7 @@ pub struct SocialOptimum {
 
 /// Iterated best response from every start.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct PlayReport {
     /// The order in which robots move.
     pub order: &'static str,
@@ -112,7 +117,7 @@ pub struct PlayReport {
     pub starts: usize,
     /// How many of them end in an equilibrium.
     pub to_equilibrium: usize,
-    /// How many end in a cycle.
+    /// Number of starts from which play ends in a cycle.
     pub to_cycle: usize,
     /// The most rounds with a change before a start reaches its end.
     pub most_rounds: usize,
@@ -126,6 +131,7 @@ pub struct PlayReport {
 
 /// Assignments that best responses cycle through forever.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct CycleReport {
     /// Rounds until the cycle repeats.
     pub rounds: usize,
@@ -137,8 +143,9 @@ pub struct CycleReport {
 
 /// What each rule is worth to one robot, whatever the others do.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct RobotRulesReport {
-    /// The robot's name.
+    /// Name of the robot.
     pub robot: String,
     /// Rules that are never worse than any other.
     pub dominant: Vec<String>,
@@ -148,8 +155,9 @@ pub struct RobotRulesReport {
     pub equivalent: Vec<Vec<String>>,
 }
 
-/// A dominated rule.
+/// A rule that another one dominates for a robot.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct DominatedReport {
     /// The dominated rule.
     pub rule: String,
@@ -159,12 +167,13 @@ pub struct DominatedReport {
     pub how: &'static str,
 }
 
-/// One assignment.
+/// An assignment with its payoffs.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct ProfileReport {
     /// The rules, upstream first.
     pub assignment: Vec<String>,
-    /// Each robot's payoff.
+    /// Payoff of each robot [1/min], upstream first.
     pub payoffs: Vec<Payoff>,
     /// Each robot's own picks per minute.
     pub rates: Vec<Payoff>,

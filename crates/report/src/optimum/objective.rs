@@ -8,7 +8,7 @@ use pickline::optimize::Risk;
 pub(crate) struct ObjectiveFormat<'r> {
     /// Name of the objective.
     pub objective: &'static str,
-    /// Unit of the objective.
+    /// Unit of the objective, for example `1/min`.
     pub unit: &'static str,
     /// How values of several patterns are aggregated.
     pub risk: &'r str,

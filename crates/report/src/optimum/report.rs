@@ -10,22 +10,23 @@ use serde::Serialize;
 
 /// A search as printed and written; the JSON field names are the product's format.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct OptimumReport {
     /// The winner's rules, upstream first.
     pub best: Vec<&'static str>,
     /// Name of the objective.
     pub objective: &'static str,
-    /// Unit of the objective.
+    /// Unit of the objective, for example `1/min`.
     pub unit: &'static str,
     /// How values of several patterns are aggregated.
     pub risk: String,
     /// `exhaustive` or `grasp`.
     pub search: &'static str,
-    /// Why the search ended.
+    /// Why the search ended, in snake case.
     pub stop_reason: &'static str,
     /// Assignments in the ranking.
     pub assignments: usize,
-    /// Number of patterns.
+    /// Number of patterns in the ranking.
     pub patterns: usize,
     /// Simulated runs: one assignment on one pattern at one belt speed each.
     pub runs: u64,
@@ -49,14 +50,15 @@ pub struct OptimumReport {
     /// Other strategies compared with it; omitted if not requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub beside: Option<RivalsReport>,
-    /// Remarks for the reader.
+    /// Remarks on how the figures are to be read.
     pub notes: Vec<String>,
     /// Where the result comes from.
     pub made: Provenance,
 }
 
-/// What GRASP found.
+/// What greedy randomised adaptive search (GRASP) found.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct GraspReport {
     /// Number of starts that reached a local optimum.
     pub starts: usize,
@@ -66,16 +68,17 @@ pub struct GraspReport {
     pub moves: usize,
     /// Width of the restricted candidate list.
     pub alpha: f64,
-    /// The best assignment found.
+    /// The best assignment that it found; `None` if it was stopped before the first was scored.
     pub best: Option<Vec<&'static str>>,
-    /// Its aggregate.
+    /// The figure of that assignment, in the unit of the objective.
     pub value: Option<f64>,
     /// Optimum minus that value, if all assignments were also enumerated.
     pub gap: Option<f64>,
 }
 
-/// One line of the ranking.
+/// An assignment in the ranking.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct RankedReport {
     /// The rules, upstream first.
     pub assignment: Vec<&'static str>,

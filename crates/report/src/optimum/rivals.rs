@@ -9,10 +9,11 @@ use serde::Serialize;
 
 /// The winner and other strategies on the same patterns.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct RivalsReport {
     /// Description of the patterns.
     pub patterns: String,
-    /// Number of patterns.
+    /// Number of patterns on which each strategy was scored.
     pub count: usize,
     /// The winner, then the others in the order requested.
     pub strategies: Vec<RivalReport>,
@@ -20,10 +21,11 @@ pub struct RivalsReport {
 
 /// One of the strategies compared.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct RivalReport {
     /// The strategy as written on the command line.
     pub strategy: String,
-    /// Mean of the objective.
+    /// Mean of the objective over the patterns, in its unit.
     pub mean: f64,
     /// The objective aggregated under the risk used in the search.
     pub value: f64,

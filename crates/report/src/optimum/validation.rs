@@ -7,12 +7,13 @@ use serde::Serialize;
 
 /// The winner on patterns that played no part in choosing it.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct ValidationReport {
     /// Description of the patterns.
     pub patterns: String,
-    /// Number of patterns.
+    /// Number of fresh patterns.
     pub count: usize,
-    /// Mean of the objective.
+    /// Mean of the objective over the fresh patterns, in its unit.
     pub mean: f64,
     /// 95 % interval of that mean; `None` for a single pattern.
     #[serde(flatten, serialize_with = "crate::ends::mean")]
@@ -39,6 +40,7 @@ pub struct ValidationReport {
 
 /// Picks compared with the bound for every strategy.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct CertificateReport {
     /// Number of patterns with a bound: the first of those above.
     pub patterns: usize,

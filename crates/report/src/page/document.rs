@@ -3,6 +3,7 @@
 use super::html::{escape, fill, inert};
 use super::table::PageTable;
 use crate::charts::{Chart, ChartKind, for_page};
+use crate::game_theory::spell_out;
 use crate::origin::with_page_origin;
 use crate::palette::series_css;
 use crate::provenance::Provenance;
@@ -18,7 +19,7 @@ const STYLE: &str = include_str!("report.css");
 pub(crate) struct ReportPage<'a> {
     /// A short title.
     pub title: String,
-    /// The station.
+    /// What stands below the title: the station.
     pub subtitle: String,
     /// The answer, one sentence per line, as HTML.
     pub answer: Vec<String>,
@@ -50,20 +51,27 @@ pub(crate) fn charts<R>(kinds: &[ChartKind<R>], report: &R) -> Vec<PageSection> 
 
 impl ReportPage<'_> {
     /// The page as HTML, with `report` embedded as JSON.
-    pub fn html(&self, report: &impl Serialize) -> String {
+    pub(crate) fn html(&self, report: &impl Serialize) -> String {
         // Reports can always be serialised as JSON.
         let data = serde_json::to_string(report).unwrap_or_default();
         let style = [BASE_STYLE, &series_css(), STYLE].concat();
         let answer = self.answer.iter().map(|line| format!("<p>{line}</p>\n"));
+        let mut opening = [
+            escape(&self.title),
+            escape(&self.subtitle),
+            answer.collect::<String>(),
+        ];
+        opening.iter_mut().any(spell_out);
+        let [heading, subtitle, answer] = opening;
         let sections = self.sections.iter().map(PageSection::html);
         let page = fill(
             PAGE,
             &[
                 ("/*title*/", &escape(&format!("pickline: {}", self.title))),
                 ("/*style*/", &style),
-                ("/*heading*/", &escape(&self.title)),
-                ("/*subtitle*/", &escape(&self.subtitle)),
-                ("/*answer*/", &spelled_out(answer.collect())),
+                ("/*heading*/", &heading),
+                ("/*subtitle*/", &subtitle),
+                ("/*answer*/", &answer),
                 ("/*sections*/", &sections.collect::<String>()),
                 ("/*provenance*/", &provenance(self.made)),
                 ("/*data*/", &inert(&data)),
@@ -114,24 +122,6 @@ impl PageSection {
     }
 }
 
-/// `text` with the paper's "GT" spelled out where it first occurs.
-fn spelled_out(text: String) -> String {
-    let explained = "GT (game theory)";
-    let is_part = |c: char| c.is_alphanumeric();
-    let mut places = text.match_indices("GT");
-    let word = places.find(|(at, found)| {
-        let (before, after) = (&text[..*at], &text[at + found.len()..]);
-        !before.ends_with(is_part) && !after.starts_with(is_part)
-    });
-    match word {
-        Some((at, found)) if !text[at..].starts_with(explained) => {
-            let rest = &text[at + found.len()..];
-            format!("{}{explained}{rest}", &text[..at])
-        }
-        _ => text,
-    }
-}
-
 fn provenance(made: &Provenance) -> String {
     let Provenance {
         program,
@@ -166,18 +156,6 @@ fn provenance(made: &Provenance) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_first_gt_is_spelled_out() {
-        for (text, expected) in [
-            ("robust GT, greedy GT", "robust GT (game theory), greedy GT"),
-            ("a GT (game theory)", "a GT (game theory)"),
-            ("onnx:LGT.onnx; GT", "onnx:LGT.onnx; GT (game theory)"),
-            ("none", "none"),
-        ] {
-            assert_eq!(spelled_out(text.to_owned()), expected);
-        }
-    }
 
     #[test]
     fn the_page_has_every_marker_once_and_in_order() {

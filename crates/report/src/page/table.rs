@@ -8,7 +8,7 @@ use crate::throughput::ThroughputReport;
 use pickline::stats::Interval;
 use std::fmt::Write as _;
 
-/// A cell.
+/// What stands in a row of a table under one header.
 #[derive(Debug)]
 pub(crate) enum Cell {
     /// Words, left-aligned.
@@ -32,7 +32,7 @@ pub(crate) struct PageFigure {
 
 impl PageFigure {
     /// The figure at `path` with `digits` decimals.
-    pub fn new(path: impl Into<String>, value: f64, digits: usize) -> Self {
+    pub(crate) fn new(path: impl Into<String>, value: f64, digits: usize) -> Self {
         Self {
             path: path.into(),
             value,
@@ -41,7 +41,7 @@ impl PageFigure {
     }
 
     /// A share, shown as a percentage.
-    pub fn percent(path: impl Into<String>, share: f64) -> Self {
+    pub(crate) fn percent(path: impl Into<String>, share: f64) -> Self {
         Self {
             shown: fixed(100.0 * share, 1),
             ..Self::new(path, share, 0)
@@ -49,7 +49,7 @@ impl PageFigure {
     }
 
     /// A figure shown with all its digits.
-    pub fn exact(path: impl Into<String>, value: f64) -> Self {
+    pub(crate) fn exact(path: impl Into<String>, value: f64) -> Self {
         Self {
             shown: value.to_string(),
             ..Self::new(path, value, 0)
@@ -57,7 +57,7 @@ impl PageFigure {
     }
 
     /// The figure as an HTML element.
-    pub fn html(&self) -> String {
+    pub(crate) fn html(&self) -> String {
         format!(
             "<data data-name=\"{}\" value=\"{}\">{}</data>",
             escape(&self.path),
@@ -75,23 +75,23 @@ impl From<PageFigure> for Cell {
 
 impl Cell {
     /// An empty cell.
-    pub fn empty() -> Self {
+    pub(crate) fn empty() -> Self {
         Self::Text(String::new())
     }
 
     /// The figure, or an empty cell.
-    pub fn or_empty(figure: Option<PageFigure>) -> Self {
+    pub(crate) fn or_empty(figure: Option<PageFigure>) -> Self {
         figure.map_or_else(Self::empty, Self::Figure)
     }
 
     /// A figure, or a dash.
-    pub fn or_dash(figure: Option<PageFigure>) -> Self {
+    pub(crate) fn or_dash(figure: Option<PageFigure>) -> Self {
         figure.map_or_else(|| Self::Text("\u{2013}".into()), Self::Figure)
     }
 
     /// The interval of the figures named `low` and `high`, or a dash for `None`; `figure` makes
     /// a figure from a name and a value.
-    pub fn interval(
+    pub(crate) fn interval(
         (low, high): (&str, &str),
         interval: Option<Interval>,
         figure: impl Fn(&str, f64) -> PageFigure,
@@ -112,7 +112,7 @@ impl Cell {
     }
 }
 
-/// A table.
+/// A table of a page, as data.
 #[derive(Debug)]
 pub(crate) struct PageTable {
     /// The headers; those that begin with `<` are left-aligned.
@@ -124,7 +124,7 @@ pub(crate) struct PageTable {
 impl<'c, R: 'c> TableColumns<'c, R, Cell> {
     /// The same with throughput, its interval and the flow if `steady`; `of` gives the throughput
     /// of a row and `path` the path of its figures.
-    pub fn with_throughput(
+    pub(crate) fn with_throughput(
         self,
         steady: bool,
         of: fn(&R) -> &ThroughputReport,
@@ -150,7 +150,7 @@ impl<'c, R: 'c> TableColumns<'c, R, Cell> {
 
 impl PageTable {
     /// The table of `rows`; `true` marks the beginning of a group.
-    pub fn of<R>(
+    pub(crate) fn of<R>(
         columns: &TableColumns<R, Cell>,
         rows: impl IntoIterator<Item = (bool, R)>,
     ) -> Self {
@@ -164,7 +164,7 @@ impl PageTable {
     }
 
     /// As an HTML element that scrolls if it is too wide.
-    pub fn html(&self) -> String {
+    pub(crate) fn html(&self) -> String {
         let mut text = "<div class=\"scroll\"><table>\n<thead><tr>".to_owned();
         for name in &self.header {
             // Writing to a string cannot fail.

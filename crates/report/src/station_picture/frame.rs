@@ -43,7 +43,7 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    pub fn around(station: &Station, camera: Option<f64>) -> Self {
+    pub(super) fn around(station: &Station, camera: Option<f64>) -> Self {
         let belt = station.belt();
         let places = || station.robots().iter().flat_map(|r| [r.base, r.bin]);
         let with_camera = camera.is_some();
@@ -112,22 +112,22 @@ impl Frame {
             .collect();
     }
 
-    pub fn row_height(&self) -> f64 {
+    pub(super) fn row_height(&self) -> f64 {
         (self.top - self.bottom) * self.scale + self.room[0] + self.room[1]
     }
 
-    pub fn row_top(&self, row: usize) -> f64 {
+    pub(super) fn row_top(&self, row: usize) -> f64 {
         HEAD + row as f64 * (self.row_height() + AXIS)
     }
 
     /// Shift of a row to the left, relative to the first [px].
-    pub fn shift(&self, row: usize) -> f64 {
+    pub(super) fn shift(&self, row: usize) -> f64 {
         row as f64 * (WIDTH - 2.0 * OVERLAP)
     }
 
     /// The row that names a robot. `middle` is the middle of its label in the first row (as
     /// long as the whole line) and `width` the label's width [px].
-    pub fn row_of_label(&self, middle: f64, width: f64) -> usize {
+    pub(super) fn row_of_label(&self, middle: f64, width: f64) -> usize {
         let inside = |row: &usize, room: f64| {
             let x = middle - self.shift(*row);
             (LEFT + room..=LEFT + WIDTH - room).contains(&x)
@@ -140,16 +140,16 @@ impl Frame {
     }
 
     /// The part of the line that a row shows [m].
-    pub fn span(&self, row: usize) -> [f64; 2] {
+    pub(super) fn span(&self, row: usize) -> [f64; 2] {
         let left = self.left + self.shift(row) / self.scale;
         [left, (left + WIDTH / self.scale).min(self.right)]
     }
 
-    pub fn size(&self) -> (f64, f64) {
+    pub(super) fn size(&self) -> (f64, f64) {
         (LEFT + WIDTH + RIGHT, self.row_top(self.rows))
     }
 
-    pub fn x(&self, x: f64) -> f64 {
+    pub(super) fn x(&self, x: f64) -> f64 {
         // A short line is centred.
         let free = match self.rows {
             1 => 0.5 * (WIDTH - (self.right - self.left) * self.scale),
@@ -158,7 +158,7 @@ impl Frame {
         LEFT + free + (x - self.left) * self.scale
     }
 
-    pub fn y(&self, y: f64) -> f64 {
+    pub(super) fn y(&self, y: f64) -> f64 {
         HEAD + self.room[0] + (self.top - y) * self.scale
     }
 }

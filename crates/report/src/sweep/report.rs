@@ -10,12 +10,13 @@ use serde::Serialize;
 
 /// A sweep as printed and written; the JSON field names are the product's format.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct SweepReport {
-    /// The varied quantity.
+    /// Name of the varied quantity: `speed`, `robots`, `spacing` or `reach`.
     pub sweep: &'static str,
     /// Unit of the varied quantity.
     pub unit: &'static str,
-    /// Number of patterns.
+    /// Number of patterns at each value.
     pub patterns: usize,
     /// All points, ordered by value, then by method.
     pub points: Vec<PointReport>,
@@ -27,7 +28,7 @@ pub struct SweepReport {
     /// The paper's limits, if they are comparable with ours.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper: Option<PaperLimits>,
-    /// Remarks for the reader.
+    /// Remarks on how the figures are to be read.
     pub notes: Vec<String>,
     /// Where the result comes from.
     pub made: Provenance,
@@ -44,8 +45,9 @@ pub struct SweepReport {
 
 /// One method at one value.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct PointReport {
-    /// The value.
+    /// The varied quantity, in its unit.
     pub value: f64,
     /// The method's name in files.
     pub method: String,
@@ -80,6 +82,7 @@ pub struct PointReport {
 
 /// What no strategy can exceed, along a sweep.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct BoundsReport {
     /// The values at which no strategy picks every item of every pattern (proven).
     pub impossible: Vec<f64>,
@@ -89,8 +92,9 @@ pub struct BoundsReport {
 
 /// What no strategy can exceed at one value.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct BoundPoint {
-    /// The value.
+    /// The varied quantity, in its unit.
     pub value: f64,
     /// Mean of the most items that can be picked, as a share of the items.
     pub picked_share: f64,
@@ -120,6 +124,7 @@ impl BoundsReport {
 
 /// Up to which value one method picks everything.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct LimitReport {
     /// The method's name in files.
     pub method: String,
@@ -147,10 +152,11 @@ pub struct LimitReport {
 
 /// The paper's belt speed limits on the grid of 0.15 m.
 #[derive(Debug, Clone, Copy, Serialize)]
+#[non_exhaustive]
 pub struct PaperLimits {
-    /// Robust GT [m/s].
+    /// Limit of robust game theory (GT) [m/s].
     pub robust_gt: f64,
-    /// The RL policy [m/s].
+    /// Limit of the policy of reinforcement learning (RL) [m/s].
     pub rl: f64,
     /// Excess of the RL policy's limit over robust GT's [%].
     pub benefit_percent: f64,
@@ -221,6 +227,7 @@ impl LimitReport {
             first_miss,
             again,
             lowest,
+            ..
         } = sweep.complete(method);
         let mut of_patterns = sweep.limits(method);
         of_patterns.sort_by(f64::total_cmp);

@@ -3,6 +3,7 @@
 use super::report::{BoundPoint, LimitReport, PointReport, SweepReport};
 use crate::bound::rounded_up;
 use crate::columns::TableColumns;
+use crate::game_theory::GT_LINE;
 use crate::table::{fixed, interval};
 
 /// A row of the table: a method at a value.
@@ -32,7 +33,7 @@ impl SweepReport {
                 bound,
             }
         });
-        let mut text = self.columns(many).table(rows);
+        let mut text = self.columns(many).table(rows) + GT_LINE;
         for limit in &self.limits {
             text += &self.limit_line(limit, many);
         }

@@ -66,8 +66,8 @@ pub(super) fn class(text: &str) -> Option<String> {
     }
 }
 
-/// Interprets the four numbers of a box [px] according to `--boxes`. A width and height of 0 or -1
-/// mean a point.
+/// Interprets the four numbers of a box [px] according to the option `boxes`. A width and height
+/// of 0 or -1 mean a point.
 pub(super) fn boxed(
     frame: u32,
     id: Option<i64>,

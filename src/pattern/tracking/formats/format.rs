@@ -22,7 +22,7 @@ pub enum Format {
 
 /// Every format with its name as a setting and its name in messages. By hand, because each has
 /// two names that do not follow from the variant.
-pub const FORMATS: [(Format, &str, &str); 5] = [
+pub(super) const FORMATS: [(Format, &str, &str); 5] = [
     (Format::Mot, "mot", "MOTChallenge text"),
     (Format::Table, "supervision", "CSV with a header"),
     (Format::Ultralytics, "ultralytics", "Ultralytics labels"),

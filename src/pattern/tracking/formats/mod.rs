@@ -10,9 +10,9 @@ mod mot;
 mod recognise;
 mod table;
 
-pub use format::{FORMATS, Format};
+pub use format::Format;
 pub(super) use lines::{FileLine, FileLines, FileRow};
-pub use recognise::recognised;
+pub(crate) use recognise::recognised;
 
 use super::options::ImportOptions;
 use crate::error::{Error, Result};

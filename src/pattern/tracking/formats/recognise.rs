@@ -85,7 +85,7 @@ fn is_header(line: &str) -> bool {
 }
 
 /// What `text`, which is not a pattern, seems to be a recording of; `None` if this is uncertain.
-pub fn recognised(text: &str) -> Option<String> {
+pub(crate) fn recognised(text: &str) -> Option<String> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let format = recognise(text);
     let found = match format {

@@ -31,7 +31,7 @@ pub(super) fn read(text: &str, name: &str, options: &ImportOptions) -> Result<Fi
     let mut file = CsvFile::new(text, name);
     let (header, header_line) = file.header()?;
     let place = format!("{name}:{header_line}");
-    let columns = TableColumns::find(&header, &place, options)?;
+    let columns = TrackColumns::find(&header, &place, options)?;
     let mut lines = Vec::new();
     let mut record = csv::StringRecord::new();
     loop {
@@ -64,7 +64,7 @@ pub(super) fn read(text: &str, name: &str, options: &ImportOptions) -> Result<Fi
 }
 
 /// The places of the columns.
-struct TableColumns {
+struct TrackColumns {
     frame: usize,
     id: Option<usize>,
     /// Left, top, and two of the right edge and bottom or the width and height.
@@ -76,7 +76,7 @@ struct TableColumns {
     kind: Boxes,
 }
 
-impl TableColumns {
+impl TrackColumns {
     /// The columns named by `header`, which is at `line` of the file.
     fn find(header: &csv::StringRecord, line: &str, options: &ImportOptions) -> Result<Self> {
         let place = |names: &[&str]| {

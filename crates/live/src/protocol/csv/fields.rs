@@ -4,10 +4,10 @@ use super::table::{Field, FieldKind};
 use serde_json::{Map, Number, Value};
 
 /// Timestamps are written modulo this [ms], about 11.6 days, to fit into 32 bits.
-pub const TURN: f64 = 1e9;
+pub(super) const TURN: f64 = 1e9;
 
 /// `text` as a field can hold it: ASCII without separators, at most `most` characters.
-pub fn plain(text: &str, most: usize) -> String {
+pub(super) fn plain(text: &str, most: usize) -> String {
     let plain = |c: char| match c {
         ',' | ';' | '*' => '_',
         ' '..='~' => c,
@@ -18,7 +18,7 @@ pub fn plain(text: &str, most: usize) -> String {
 }
 
 /// The timestamp [s] nearest to `near` [s] that is written as `ms` in a line.
-pub fn unwrapped(ms: f64, near: f64) -> f64 {
+pub(super) fn unwrapped(ms: f64, near: f64) -> f64 {
     let turns = ((1e3 * near - ms) / TURN).round().max(0.0);
     (turns * TURN + ms) / 1e3
 }
@@ -27,7 +27,7 @@ pub fn unwrapped(ms: f64, near: f64) -> f64 {
 ///
 /// # Errors
 /// The text is invalid; the error is what was expected.
-pub fn read(field: &Field, text: &str, stamp: f64) -> Result<Value, String> {
+pub(super) fn read(field: &Field, text: &str, stamp: f64) -> Result<Value, String> {
     match field.kind {
         FieldKind::Stamp | FieldKind::After => {
             let ms = number(text).ok_or("a time [ms]")?;
@@ -81,7 +81,7 @@ fn json(number: f64) -> Value {
 
 /// A field's text for a value of the message whose line has the timestamp `stamp` [s]; empty if
 /// there is no value.
-pub fn write(field: &Field, value: Option<&Value>, stamp: f64) -> String {
+pub(super) fn write(field: &Field, value: Option<&Value>, stamp: f64) -> String {
     let Some(value) = value.filter(|value| !value.is_null()) else {
         return String::new();
     };

@@ -5,13 +5,13 @@ use super::LONGEST_CSV_LINE;
 use pickline::error::shown;
 
 /// Number of sequence numbers; they are below this.
-pub const NUMBERS: u16 = 1000;
+pub(super) const NUMBERS: u16 = 1000;
 
 /// Fletcher's checksum of 16 bits (J. G. Fletcher, "An arithmetic checksum for serial
 /// transmissions", IEEE Transactions on Communications 30(1), 1982,
 /// <https://doi.org/10.1109/TCOM.1982.1095369>): it needs only additions and remainders, and
 /// detects swapped characters, which a plain sum does not.
-pub fn checksum(text: &[u8]) -> u16 {
+pub(super) fn checksum(text: &[u8]) -> u16 {
     let (mut low, mut high) = (0u16, 0u16);
     for byte in text {
         low = (low + u16::from(*byte)) % 255;
@@ -21,7 +21,7 @@ pub fn checksum(text: &[u8]) -> u16 {
 }
 
 /// `text` as a line, with its checksum and line ending.
-pub fn framed(text: &str) -> String {
+pub(super) fn framed(text: &str) -> String {
     format!("{text}*{:05}\r\n", checksum(text.as_bytes()))
 }
 
@@ -29,7 +29,7 @@ pub fn framed(text: &str) -> String {
 ///
 /// # Errors
 /// The line is too long, is not ASCII, or has a wrong checksum.
-pub fn opened(line: &[u8]) -> Result<Vec<&str>, Rejected> {
+pub(super) fn opened(line: &[u8]) -> Result<Vec<&str>, Rejected> {
     let line = line.trim_ascii();
     if line.len() > LONGEST_CSV_LINE {
         let problem = format!(
@@ -57,7 +57,7 @@ pub fn opened(line: &[u8]) -> Result<Vec<&str>, Rejected> {
 
 /// Checks the sequence numbers of one direction.
 #[derive(Debug, Default)]
-pub struct Sequence {
+pub(super) struct Sequence {
     expected: Option<u16>,
 }
 
@@ -66,7 +66,7 @@ impl Sequence {
     ///
     /// # Errors
     /// Lines are missing before this one, which itself is still accepted; or the number is invalid.
-    pub fn follow(&mut self, number: &str) -> Result<(), Rejected> {
+    pub(super) fn follow(&mut self, number: &str) -> Result<(), Rejected> {
         if number.is_empty() {
             return Ok(());
         }

@@ -15,11 +15,11 @@ mod tests;
 use pickline::error::{Error, Result, shown, shown_number};
 use pickline::station::Station;
 
-pub use read::{CsvLine, CsvReader};
-pub use write::CsvWriter;
+pub(crate) use read::{CsvLine, CsvReader};
+pub(crate) use write::CsvWriter;
 
 /// Maximum length of a line [characters], including its line ending.
-pub const LONGEST_CSV_LINE: usize = 80;
+pub(super) const LONGEST_CSV_LINE: usize = 80;
 /// Maximum length of a robot's name [characters].
 const LONGEST_ROBOT: usize = 8;
 /// Maximum length of a belt [m], because positions must fit into their fields.

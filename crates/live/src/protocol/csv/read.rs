@@ -9,7 +9,7 @@ use serde_json::{Map, Value};
 
 /// Reads the lines of one peer.
 #[derive(Debug, Default)]
-pub struct CsvReader {
+pub(crate) struct CsvReader {
     sequence: Sequence,
     /// Timestamp of the previous line [s].
     last: f64,
@@ -17,7 +17,7 @@ pub struct CsvReader {
 
 /// The content of a line.
 #[derive(Debug, PartialEq)]
-pub struct CsvLine {
+pub(crate) struct CsvLine {
     /// Set if lines are missing before this one.
     pub gap: Option<Rejected>,
     /// The JSON of its message, for the common decoder.
@@ -26,7 +26,7 @@ pub struct CsvLine {
 
 impl CsvLine {
     /// A line with this message or refusal, without a gap.
-    pub fn of(message: Result<Vec<u8>, Rejected>) -> Self {
+    pub(crate) fn of(message: Result<Vec<u8>, Rejected>) -> Self {
         Self { gap: None, message }
     }
 }
@@ -34,7 +34,7 @@ impl CsvLine {
 impl CsvReader {
     /// Reads a line, given without its line ending. `now` is the present time [s]. Without it,
     /// times are relative to the previous line and are required.
-    pub fn read(&mut self, line: &[u8], now: Option<f64>) -> CsvLine {
+    pub(crate) fn read(&mut self, line: &[u8], now: Option<f64>) -> CsvLine {
         let mut gap = None;
         let message = opened(line).and_then(|fields| {
             let followed = self.sequence.follow(fields.get(1).unwrap_or(&""));

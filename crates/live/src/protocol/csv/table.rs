@@ -2,7 +2,7 @@
 
 /// The content of a field, in the line and in the message.
 #[derive(Debug, Clone, Copy)]
-pub enum FieldKind {
+pub(super) enum FieldKind {
     /// A time [ms] modulo 10^9; a timestamp [s] in the message.
     Stamp,
     /// A time after the line's timestamp [ms]; a timestamp [s] in the message.
@@ -29,7 +29,7 @@ pub enum FieldKind {
 
 /// A field of a line.
 #[derive(Debug, Clone, Copy)]
-pub struct Field {
+pub(super) struct Field {
     /// Its name in the documentation.
     pub name: &'static str,
     /// Its path in the message.
@@ -44,8 +44,8 @@ const fn field(name: &'static str, path: &'static str, kind: FieldKind) -> Field
 
 /// A kind of line.
 #[derive(Debug, Clone, Copy)]
-pub struct Form {
-    /// The first field.
+pub(super) struct Form {
+    /// Its first field, by which the kind is told.
     pub letter: &'static str,
     /// The message's kind.
     pub message: &'static str,
@@ -78,7 +78,7 @@ const ORDER: &[Field] = &[
 ];
 
 /// Lines to the node.
-pub const TO_NODE: &[Form] = &[
+pub(super) const TO_NODE: &[Form] = &[
     Form {
         letter: "H",
         message: "hello",
@@ -183,7 +183,7 @@ pub const TO_NODE: &[Form] = &[
 ];
 
 /// Lines from the node. A message with two lines is written as both, in this order.
-pub const FROM_NODE: &[Form] = &[
+pub(super) const FROM_NODE: &[Form] = &[
     Form {
         letter: "H",
         message: "hello",

@@ -3,7 +3,7 @@
 use super::LONGEST_CSV_LINE;
 use super::fields;
 use super::frame::{NUMBERS, framed};
-use super::table::{FROM_NODE, FieldKind, Form, TO_NODE};
+use super::table::{FROM_NODE, FieldKind, Form};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -12,7 +12,7 @@ const ITEM: &str = "I";
 
 /// Writes lines to one peer.
 #[derive(Debug)]
-pub struct CsvWriter {
+pub(crate) struct CsvWriter {
     forms: &'static [Form],
     next: u16,
 }
@@ -27,8 +27,9 @@ impl Default for CsvWriter {
 
 impl CsvWriter {
     /// A writer of messages to the node.
-    pub fn to_node() -> Self {
-        let forms = TO_NODE;
+    #[cfg(test)]
+    pub(crate) fn to_node() -> Self {
+        let forms = super::table::TO_NODE;
         Self { forms, next: 0 }
     }
 
@@ -36,7 +37,7 @@ impl CsvWriter {
     ///
     /// # Errors
     /// The message does not fit into a line; the error describes it.
-    pub fn write<M: Serialize>(&mut self, message: &M) -> Result<String, String> {
+    pub(crate) fn write<M: Serialize>(&mut self, message: &M) -> Result<String, String> {
         let message = serde_json::to_value(message).unwrap_or_default();
         let kind = message.get("kind").and_then(Value::as_str);
         let mut lines = String::new();

@@ -1,14 +1,23 @@
 //! Hellos: who a peer is, which robots it speaks for, and whether it may stay.
 
-use super::{HelloOutcome, Hub, refusal, robot_of};
+use super::{Hub, refusal, robot_of};
 use crate::protocol::{Hello, HelloAnswer, Message, Role};
 use crate::transport::peer::Peer;
 use pickline::error::{known_names, shown};
 use std::collections::BTreeSet;
 
+/// The outcome of a hello.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum HelloOutcome {
+    /// The peer may stay; it speaks for these robots from now on.
+    Accepted(Vec<usize>),
+    /// The peer may not stay, for this reason.
+    Refused(String),
+}
+
 impl Hub {
     /// Handles the hello of a peer.
-    pub fn handle_hello(&mut self, number: u64, hello: Hello) -> HelloOutcome {
+    pub(crate) fn handle_hello(&mut self, number: u64, hello: Hello) -> HelloOutcome {
         let refused = match self.check_hello(number, &hello) {
             Ok(robots) => {
                 let spoken = self.accept(number, hello, robots);

@@ -1,12 +1,12 @@
 //! The hub of all peers: which are connected, which message goes to which, and which are
 //! disconnected.
 
+mod admission;
 mod hello;
+mod options;
 mod sending;
 
-use crate::RemarkSetting;
-use crate::protocol::{Hello, HelloAnswer, Incoming, Message, Rejected, Rejection};
-use crate::transport::connection::Connection;
+use crate::protocol::{HelloAnswer, Message};
 #[cfg(feature = "mqtt")]
 use crate::transport::mqtt;
 use crate::transport::peer::Peer;
@@ -14,53 +14,23 @@ use crate::transport::peer::Peer;
 use crate::transport::ros2;
 use crate::transport::tcp::{CLOSE_TIMEOUT, Tcp, WRITE_TIMEOUT};
 use crate::transport::{
-    Access, Dialect, Endpoint, INBOX_CAPACITY, Origin, RETRY_INTERVAL, Side, TransportEvent,
-    listen_at, stream,
+    Endpoint, INBOX_CAPACITY, Origin, RETRY_INTERVAL, Side, TransportEvent, listen_at, stream,
 };
-use pickline::error::{Error, Result, counted, shown};
+use pickline::error::{Error, Result, shown};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::net::SocketAddr;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
+pub(crate) use hello::HelloOutcome;
+pub use options::HubOptions;
+
 /// A peer that has sent nothing for this time after connecting is treated as one without a hello.
 const HELLO_TIMEOUT: Duration = Duration::from_millis(200);
 /// If a token is required, a peer that has not presented it after this time is disconnected.
 const TOKEN_TIMEOUT: Duration = Duration::from_secs(5);
-/// At the limit, a peer that has sent nothing for this time makes room for a new one.
-const SILENCE_TIMEOUT: Duration = Duration::from_secs(1);
-/// Number of invalid or disallowed lines in a row after which a peer is disconnected.
-const MOST_REFUSED: u32 = 100;
 
-/// Settings of the hub.
-#[derive(Debug, Clone)]
-pub struct HubOptions {
-    /// Which side this is.
-    pub side: Side,
-    /// Whether to wait for a slow peer, as with message time, instead of disconnecting it.
-    pub waits: bool,
-    /// The names of the station's robots, upstream first.
-    pub robots: Vec<String>,
-    /// What a peer must present when it connects.
-    pub access: Access,
-    /// Maximum number of peers over TCP at a time.
-    pub most_peers: usize,
-    /// The hello that a station sends first over TCP.
-    pub hello: Option<Hello>,
-    /// The dialect on streams.
-    pub dialect: Dialect,
-}
-
-/// The outcome of a hello.
-#[derive(Debug, PartialEq, Eq)]
-pub enum HelloOutcome {
-    /// The peer may stay; it speaks for these robots from now on.
-    Accepted(Vec<usize>),
-    /// The peer may not stay, for this reason.
-    Refused(String),
-}
-
-/// All peers.
+/// The peers of one side of a line, and the inbox for what they send.
 #[derive(Debug)]
 pub struct Hub {
     terms: HubOptions,
@@ -173,7 +143,7 @@ impl Hub {
     }
 
     /// Whether it connects to its only peer.
-    pub fn connects(&self) -> bool {
+    pub(crate) fn connects(&self) -> bool {
         self.connects_to.is_some()
     }
 
@@ -198,7 +168,7 @@ impl Hub {
 
     /// Does what is due by time alone: sends queued messages, stops waiting for hellos, and
     /// disconnects peers whose time is up.
-    pub fn run_timers(&mut self) {
+    pub(crate) fn run_timers(&mut self) {
         for peer in self.peers.values_mut() {
             peer.flush();
         }
@@ -234,55 +204,6 @@ impl Hub {
         asks && self.terms.access.token.is_some()
     }
 
-    /// Adds a peer that has connected. Returns its number; none if it was turned away. At the
-    /// limit, a peer that has sent nothing since it connected is disconnected for it.
-    pub fn join(&mut self, connection: Connection) -> Option<u64> {
-        let tcp = self.tcp.as_ref()?;
-        let sockets = self.peers.iter().filter(|(_, peer)| peer.is_on_socket());
-        let there = sockets.filter(|(_, peer)| peer.is_up());
-        let (mut count, mut silent) = (0, None);
-        for (number, peer) in there {
-            count += 1;
-            let is_silent = !peer.has_spoken && peer.since.elapsed() >= SILENCE_TIMEOUT;
-            if is_silent && silent.is_none() {
-                silent = Some(*number);
-            }
-        }
-        let is_full = count >= self.terms.most_peers;
-        if is_full && silent.is_none() {
-            let there = counted(count, "peer");
-            let address = connection.address.map(|at| at.to_string());
-            self.remarks.push_back(format!(
-                "{} was turned away: {there} are connected, and {} allows no more",
-                address.unwrap_or_default(),
-                RemarkSetting::MaxPeers
-            ));
-            let reason = format!("{there} are connected, and no more are allowed");
-            tcp.reject(connection, &refusal(&reason));
-            return None;
-        }
-        let deadline = (!self.terms.waits).then_some(WRITE_TIMEOUT);
-        let peer = tcp.serve(self.next, connection, deadline);
-        let number = self.keep(peer);
-        if let Some(silent) = silent.filter(|_| is_full) {
-            self.dismiss(
-                silent,
-                "another peer wants to connect, and this one has sent nothing yet",
-            );
-        }
-        if self.connects() {
-            // It is the peer at the given address, so no hello is needed.
-            self.release(number);
-        }
-        if self.terms.side == Side::Station {
-            self.release(number);
-            if let Some(hello) = self.terms.hello.clone() {
-                self.send_to(number, hello);
-            }
-        }
-        Some(number)
-    }
-
     /// The peer's identity is known or no longer waited for: sends the messages since it connected.
     fn release(&mut self, number: u64) {
         let Some(peer) = self.peers.get_mut(&number) else {
@@ -300,69 +221,6 @@ impl Hub {
         }
     }
 
-    /// Checks that the peer of `origin` may send `message`, which is from `robot` if from any.
-    /// Returns whether it speaks for that robot for the first time.
-    ///
-    /// # Errors
-    /// The peer may not send the message.
-    pub fn admit(
-        &mut self,
-        origin: &Origin,
-        message: &Incoming,
-        robot: Option<usize>,
-    ) -> std::result::Result<bool, Rejected> {
-        let needs_token = self.needs_token();
-        let Some((number, peer)) = self.peer_mut(origin) else {
-            return Ok(false);
-        };
-        if needs_token && peer.is_on_socket() && !peer.identity.has_greeted() {
-            let reason = "its first line is not a hello with a token";
-            self.dismiss(number, reason);
-            let expected = format!("{reason}; expected `hello` first");
-            return Err(Rejected::new(Rejection::NotAllowed, expected));
-        }
-        let is_owned = robot.is_some_and(|robot| self.owned.contains(&robot));
-        let Some(peer) = self.peers.get_mut(&number) else {
-            return Ok(false);
-        };
-        peer.identity.check(message, robot, is_owned)?;
-        (peer.has_spoken, peer.refused) = (true, 0);
-        // An order to a robot does not make its sender speak for the robot.
-        let speaks = robot.filter(|_| message.order().is_none());
-        let is_first = speaks.is_some_and(|robot| peer.identity.note(robot));
-        if peer.unknown_for().is_some() {
-            self.release(number);
-        }
-        Ok(is_first)
-    }
-
-    /// Handles a refused line of `origin`, which is invalid or not allowed. The peer is
-    /// disconnected if this is its first line, if it is a hello, or if there were too many. Returns
-    /// why, if so.
-    pub fn refuse(&mut self, origin: &Origin, rejected: &Rejected) -> Option<String> {
-        if let Some(number) = Self::connection(origin).filter(|_| rejected.is_hello) {
-            let peer = self.peers.get(&number)?;
-            let (title, ends) = (peer.title(), peer.is_on_socket());
-            self.refuse_hello(number, &rejected.message);
-            return ends.then(|| format!("{title} was disconnected: its hello was refused"));
-        }
-        let (number, peer) = self.peer_mut(origin)?;
-        if !peer.is_on_socket() {
-            return None;
-        }
-        peer.refused += 1;
-        let reason = if !peer.has_spoken && rejected.reason.is_foreign() {
-            "its first line is not a message of the live protocol".to_owned()
-        } else if peer.refused >= MOST_REFUSED {
-            format!("{MOST_REFUSED} lines in a row were refused")
-        } else {
-            return None;
-        };
-        let text = format!("{} was disconnected: {reason}", peer.title());
-        self.dismiss(number, &reason);
-        Some(text)
-    }
-
     /// Disconnects a peer that began with something other than a message. Returns the remark for
     /// the user.
     pub fn foreign(&mut self, number: u64, start: &str) -> String {
@@ -377,7 +235,7 @@ impl Hub {
     }
 
     /// Disconnects a peer that reads nothing. Returns the remark for the user.
-    pub fn stalled(&mut self, number: u64) -> Option<String> {
+    pub(crate) fn stalled(&mut self, number: u64) -> Option<String> {
         let peer = self.peers.get_mut(&number)?;
         peer.disconnect();
         Some(format!(
@@ -411,7 +269,7 @@ impl Hub {
     }
 
     /// Whether messages from `origin` count, because it is not being disconnected.
-    pub fn counts(&self, origin: &Origin) -> bool {
+    pub(crate) fn counts(&self, origin: &Origin) -> bool {
         match origin {
             Origin::Line { connection, .. } => self.is_active(*connection),
             Origin::Topic(_) => true,
@@ -419,7 +277,7 @@ impl Hub {
     }
 
     /// The number of the connection of `origin`; none if there are no connections.
-    pub fn connection(origin: &Origin) -> Option<u64> {
+    pub(crate) fn connection(origin: &Origin) -> Option<u64> {
         match origin {
             Origin::Line { connection, .. } => Some(*connection),
             Origin::Topic(_) => None,
@@ -427,7 +285,7 @@ impl Hub {
     }
 
     /// The name in the hello of the peer of `origin`.
-    pub fn name(&self, origin: &Origin) -> Option<&str> {
+    pub(crate) fn name(&self, origin: &Origin) -> Option<&str> {
         let Origin::Line { connection, .. } = origin else {
             return None;
         };
@@ -435,7 +293,7 @@ impl Hub {
     }
 
     /// Whether messages from a peer count, because it is connected and not being disconnected.
-    pub fn is_active(&self, number: u64) -> bool {
+    pub(crate) fn is_active(&self, number: u64) -> bool {
         self.peers
             .get(&number)
             .is_some_and(|peer| !peer.is_dismissed())

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 impl Hub {
     /// Sends a message to all peers that should get it, waiting for space in their queues.
-    pub fn send(&mut self, message: impl Into<Message>) {
+    pub(crate) fn send(&mut self, message: impl Into<Message>) {
         let message = message.into();
         let robot = robot_of(&message, &self.terms.robots);
         for peer in self.peers.values_mut() {
@@ -36,7 +36,7 @@ impl Hub {
     }
 
     /// Sends a message to one peer only.
-    pub fn send_to(&mut self, number: u64, message: impl Into<Message>) {
+    pub(crate) fn send_to(&mut self, number: u64, message: impl Into<Message>) {
         let message = message.into();
         let robot = robot_of(&message, &self.terms.robots);
         let Some(peer) = self.peers.get_mut(&number) else {
@@ -63,13 +63,13 @@ impl Hub {
     }
 
     /// Whether any queue is more than half full, so that only necessary messages should be added.
-    pub fn is_half_full(&self) -> bool {
+    pub(crate) fn is_half_full(&self) -> bool {
         self.peers.values().any(Peer::is_half_full)
     }
 
     /// The robots that should get no task now, because no peer can deliver it or the peer that
     /// speaks for them lags behind. Other peers cannot hold them up.
-    pub fn held(&self) -> Vec<usize> {
+    pub(crate) fn held(&self) -> Vec<usize> {
         let robots = 0..self.terms.robots.len();
         robots.filter(|robot| self.is_held(*robot)).collect()
     }

@@ -14,7 +14,7 @@ use tokio::sync::watch;
 
 /// Events for the inbox, in order.
 #[derive(Debug)]
-pub enum ConnectionEvent {
+pub(crate) enum ConnectionEvent {
     /// A message, and the connection (counted from 1) that brought it.
     Message(u64, Publish),
     /// Over this connection the broker has accepted the subscriptions and this side's presence.
@@ -29,7 +29,7 @@ pub enum ConnectionEvent {
 
 /// What the connection must do in response to an event.
 #[derive(Debug)]
-pub enum ConnectionCommand {
+pub(crate) enum ConnectionCommand {
     /// Acknowledge a message, if this connection still exists.
     Acknowledge(u64, Box<Publish>),
     /// Publish the presence of this side again.
@@ -38,7 +38,7 @@ pub enum ConnectionCommand {
 
 /// The presence of a side, which the broker retains.
 #[derive(Debug, Serialize, Deserialize)]
-pub struct Presence {
+pub(crate) struct Presence {
     /// `online` or `offline`.
     pub state: String,
     /// Client id of the sender.
@@ -47,12 +47,12 @@ pub struct Presence {
 
 /// The state of the thread.
 #[derive(Debug)]
-pub struct Inbound {
+pub(crate) struct Inbound {
     /// The number of the peer.
     pub number: u64,
     /// Which side this is.
     pub side: Side,
-    /// The topics.
+    /// The names of the topics that messages come on.
     pub topics: MqttTopics,
     /// This side's client id.
     pub client: String,
@@ -60,7 +60,7 @@ pub struct Inbound {
     pub up: Arc<AtomicBool>,
     /// Whether it was ever present.
     pub ever_up: bool,
-    /// The inbox.
+    /// The hub's inbox, for messages and events.
     pub inbox: SyncSender<TransportEvent>,
     /// Orders to the connection.
     pub orders: UnboundedSender<ConnectionCommand>,
@@ -70,7 +70,7 @@ pub struct Inbound {
 
 impl Inbound {
     /// Passes on events until the connection or the receiver is gone.
-    pub fn run(mut self, mut news: Receiver<ConnectionEvent>) {
+    pub(crate) fn run(mut self, mut news: Receiver<ConnectionEvent>) {
         while let Some(news) = news.blocking_recv() {
             let (heard, order) = match news {
                 ConnectionEvent::Message(connection, mut publish) => {

@@ -46,7 +46,7 @@ const SESSION_EXPIRY: u32 = crate::clock::OLDEST as u32;
 ///
 /// # Errors
 /// The settings cannot work.
-pub fn start(
+pub(super) fn start(
     number: u64,
     settings: &MqttSettings,
     inbox: SyncSender<TransportEvent>,

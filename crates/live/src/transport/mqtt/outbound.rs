@@ -12,7 +12,7 @@ use tokio::sync::mpsc::{Receiver, Sender};
 use tokio::sync::watch;
 
 /// Maximum number of messages that the broker has not acknowledged.
-pub const IN_FLIGHT_MAXIMUM: usize = 64;
+pub(crate) const IN_FLIGHT_MAXIMUM: usize = 64;
 /// The node refuses older messages [s], so the broker need not keep them.
 const MESSAGE_EXPIRY: u32 = crate::clock::OLDEST as u32;
 
@@ -28,11 +28,11 @@ struct PendingPublish {
     expires: Option<u32>,
 }
 
-/// The publisher.
-pub struct Outbound {
-    /// The client.
+/// Publishes this side's messages.
+pub(crate) struct Outbound {
+    /// Hands messages to the connection.
     pub client: AsyncClient,
-    /// The topics.
+    /// The names of the topics to publish on.
     pub topics: MqttTopics,
     /// Whether timestamps are by this machine's clock, so that messages can expire.
     pub ages: bool,
@@ -46,7 +46,7 @@ pub struct Outbound {
 
 impl Outbound {
     /// Publishes messages until there are no more and the broker has them all.
-    pub async fn run(mut self, mut outbox: Receiver<Message>) {
+    pub(crate) async fn run(mut self, mut outbox: Receiver<Message>) {
         let mut window: VecDeque<(PendingPublish, Delivery)> = VecDeque::new();
         let mut told = BTreeSet::new();
         let mut open = true;

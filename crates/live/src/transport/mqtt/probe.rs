@@ -24,7 +24,7 @@ enum ProbeAnswer {
     Tls,
     /// A response of a web server.
     Http,
-    /// Anything else.
+    /// It neither speaks MQTT nor TLS.
     Other,
     /// The connection was closed without an answer.
     Closed,
@@ -33,7 +33,7 @@ enum ProbeAnswer {
 }
 
 /// Why `broker` can never be used without TLS; none if it may still work.
-pub fn never(broker: &Broker) -> Option<Error> {
+pub(crate) fn never(broker: &Broker) -> Option<Error> {
     let wrong = |problem: String, cure: String| Some(Error::usage("'mqtt'", problem, cure));
     let old = || {
         wrong(

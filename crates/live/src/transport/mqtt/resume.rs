@@ -13,13 +13,13 @@ type StoreFuture<'a, T> = Pin<Box<dyn Future<Output = Result<T, SessionStoreErro
 /// the messages since then. What that run had in transit is not known and not needed, because its
 /// tasks are sent again by other means.
 #[derive(Debug)]
-pub struct Resume {
+pub(crate) struct Resume {
     session: PersistedSession,
 }
 
 impl Resume {
     /// A store that fits `options`.
-    pub fn new(options: &MqttOptions) -> Self {
+    pub(crate) fn new(options: &MqttOptions) -> Self {
         Self {
             session: PersistedSession {
                 format_version: 1,

@@ -23,40 +23,40 @@ use tokio::sync::mpsc::{Receiver, Sender, UnboundedReceiver, channel, unbounded_
 use tokio::sync::{oneshot, watch};
 
 /// Maximum number of unhandled messages from the broker.
-pub const RECEIVE_MAXIMUM: u16 = 512;
+pub(crate) const RECEIVE_MAXIMUM: u16 = 512;
 /// Size of the connection's request queue; small, because waiting messages are counted elsewhere.
-pub const REQUEST_CAPACITY: usize = 64;
+pub(crate) const REQUEST_CAPACITY: usize = 64;
 /// Space for messages that need no acknowledgement, and for connection events.
 const SPARE_CAPACITY: usize = 256;
 /// The remark, given once, if there is no space for them.
 const FLOODED: &str = "messages with QoS 0 come faster than they can be handled; some are lost";
 
 /// A connection and its settings.
-pub struct BrokerSession {
+pub(crate) struct BrokerSession {
     /// The number of the peer.
     pub number: u64,
-    /// The broker.
+    /// The address of the broker, for connecting and for remarks.
     pub broker: Broker,
     /// Which side this is.
     pub side: Side,
     /// The kind of clock.
     pub clock: ClockKind,
-    /// The topics.
+    /// The names of the topics of both sides.
     pub topics: MqttTopics,
-    /// The client id.
+    /// This side's client id, which its presence names.
     pub client: String,
-    /// How to connect.
+    /// What the client library is to do; the last will is added when it runs.
     pub options: MqttOptions,
     /// Whether the peer is present.
     pub up: Arc<AtomicBool>,
-    /// The inbox.
+    /// The hub's inbox, for messages and events.
     pub inbox: SyncSender<TransportEvent>,
 }
 
 impl BrokerSession {
     /// Runs until all of `outbox` is sent and, for a node, its leaving is published. `done` is
     /// notified when everything is sent; a station then ends with `end`.
-    pub async fn run(
+    pub(crate) async fn run(
         mut self,
         outbox: Receiver<Message>,
         done: SyncSender<()>,
@@ -144,15 +144,12 @@ impl BrokerSession {
                 Ok(Event::Incoming(Packet::Publish(publish))) => {
                     // The broker does not limit messages that need no acknowledgement.
                     let spare = news.capacity() > usize::from(RECEIVE_MAXIMUM) + SPARE_CAPACITY;
-                    if publish.qos == QoS::AtMostOnce && !spare {
-                        if !std::mem::replace(&mut flooded, true) {
-                            let _ = news.send(ConnectionEvent::Remark(FLOODED.to_owned())).await;
-                        }
-                        continue;
+                    if publish.qos != QoS::AtMostOnce || spare {
+                        let message = ConnectionEvent::Message(connected, publish);
+                        let _ = news.send(message).await;
+                    } else if !std::mem::replace(&mut flooded, true) {
+                        let _ = news.send(ConnectionEvent::Remark(FLOODED.to_owned())).await;
                     }
-                    let _ = news
-                        .send(ConnectionEvent::Message(connected, publish))
-                        .await;
                 }
                 Ok(_) => {}
                 Err(ConnectionError::RequestsDone) => return,
@@ -160,14 +157,7 @@ impl BrokerSession {
                     if number.send_replace(0) > 0 {
                         let _ = news.send(ConnectionEvent::Lost).await;
                     }
-                    let mut failed = trouble::taken_over(&error, &self.broker);
-                    if connected == 0 {
-                        failed = failed.or_else(|| trouble::fatal(&error, &self.broker));
-                        if failed.is_none() && !self.broker.tls {
-                            failed = self.never().await;
-                        }
-                    }
-                    if let Some(error) = failed {
+                    if let Some(error) = self.permanent(&error, connected > 0).await {
                         let _ = news.send(ConnectionEvent::Failed(error)).await;
                         return;
                     }
@@ -185,6 +175,20 @@ impl BrokerSession {
                 }
             }
         }
+    }
+
+    /// Why another attempt would fail too, if it would: the connection ended with `error`, and was
+    /// ever established or not.
+    async fn permanent(&self, error: &ConnectionError, was_connected: bool) -> Option<Error> {
+        let taken_over = trouble::taken_over(error, &self.broker);
+        if taken_over.is_some() || was_connected {
+            return taken_over;
+        }
+        let fatal = trouble::fatal(error, &self.broker);
+        if fatal.is_some() || self.broker.tls {
+            return fatal;
+        }
+        self.never().await
     }
 
     /// Why there can be no connection, according to a probe of the broker.

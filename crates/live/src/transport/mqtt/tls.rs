@@ -7,7 +7,7 @@ use rumqttc::tokio_rustls::rustls;
 use rustls::{AlertDescription as Alert, CertificateError};
 
 /// The error for a failed TLS handshake with `broker`, from the error of rustls.
-pub fn refused(error: &rustls::Error, broker: &Broker) -> Error {
+pub(crate) fn refused(error: &rustls::Error, broker: &Broker) -> Error {
     let (place, problem, cure) = match error {
         rustls::Error::InvalidCertificate(reason) => certificate(reason, broker),
         rustls::Error::AlertReceived(alert) => alerted(*alert),
@@ -36,7 +36,7 @@ pub fn refused(error: &rustls::Error, broker: &Broker) -> Error {
 }
 
 /// The error for unusable TLS settings.
-pub fn unusable(error: &TlsError, broker: &Broker) -> Error {
+pub(crate) fn unusable(error: &TlsError, broker: &Broker) -> Error {
     let (place, cure) = match error {
         TlsError::TLS(error) => return refused(error, broker),
         TlsError::NoValidCertInChain => (
@@ -104,23 +104,21 @@ fn certificate(reason: &CertificateError, broker: &Broker) -> TlsProblem {
                 names => other_name(&names, &host),
             }
         }
-        other => {
-            let text = format!("{other:?}");
-            if text.contains("CaUsedAsEndEntity") {
-                let problem = "its certificate is a CA certificate (basicConstraints CA:TRUE), \
-                               which openssl creates by default for self-signed ones";
-                return ("'mqtt'", problem.into(), own_certificate(&host));
-            }
-            if text.contains("UnsupportedCertVersion") {
-                let problem = "its certificate has X.509 version 1, which names no host";
-                return ("'mqtt'", problem.into(), own_certificate(&host));
-            }
-            (
-                "'mqtt'",
-                format!("its certificate is not accepted: {other}"),
-                own_certificate(&host),
-            )
-        }
+        other => ("'mqtt'", other_problem(other), own_certificate(&host)),
+    }
+}
+
+/// What is wrong with a certificate that no broker can use. The reason is known only by its text.
+fn other_problem(reason: &CertificateError) -> String {
+    let text = format!("{reason:?}");
+    if text.contains("CaUsedAsEndEntity") {
+        "its certificate is a CA certificate (basicConstraints CA:TRUE), which openssl creates by \
+         default for self-signed ones"
+            .into()
+    } else if text.contains("UnsupportedCertVersion") {
+        "its certificate has X.509 version 1, which names no host".into()
+    } else {
+        format!("its certificate is not accepted: {reason}")
     }
 }
 

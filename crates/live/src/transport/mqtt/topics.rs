@@ -7,7 +7,7 @@ use pickline::names::LONGEST_NAME;
 
 impl Side {
     /// The topic under the prefix for its presence.
-    pub fn presence(self) -> &'static str {
+    pub(crate) fn presence(self) -> &'static str {
         match self {
             Self::Node => "node",
             Self::Station => "station",
@@ -15,7 +15,7 @@ impl Side {
     }
 
     /// The kinds of messages that it receives.
-    pub fn hears(self) -> &'static [&'static str] {
+    pub(crate) fn hears(self) -> &'static [&'static str] {
         match self {
             Self::Node => &Incoming::KINDS,
             Self::Station => &Outgoing::KINDS,
@@ -25,7 +25,7 @@ impl Side {
 
 /// The content of a topic.
 #[derive(Debug, PartialEq, Eq)]
-pub enum Topic<'a> {
+pub(crate) enum Topic<'a> {
     /// A message of this kind.
     Kind(&'a str),
     /// The presence of this side.
@@ -34,7 +34,7 @@ pub enum Topic<'a> {
 
 /// The topics under one prefix.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct MqttTopics {
+pub(crate) struct MqttTopics {
     prefix: String,
 }
 
@@ -43,7 +43,7 @@ impl MqttTopics {
     ///
     /// # Errors
     /// The prefix is not a valid topic.
-    pub fn new(prefix: &str) -> Result<Self> {
+    pub(crate) fn new(prefix: &str) -> Result<Self> {
         let levels = prefix.split('/').all(|level| !level.is_empty());
         let letters = |c: char| !c.is_control() && !"+#".contains(c);
         let short = prefix.len() <= LONGEST_NAME;
@@ -60,17 +60,17 @@ impl MqttTopics {
     }
 
     /// The topic for the presence of `side`.
-    pub fn presence(&self, side: Side) -> String {
+    pub(crate) fn presence(&self, side: Side) -> String {
         format!("{}/{}", self.prefix, side.presence())
     }
 
     /// The topic filter for a kind of message: the kind and any levels below it.
-    pub fn filter(&self, kind: &str) -> String {
+    pub(crate) fn filter(&self, kind: &str) -> String {
         format!("{}/{kind}/#", self.prefix)
     }
 
     /// The topic of `message`.
-    pub fn of(&self, message: &Message) -> String {
+    pub(crate) fn of(&self, message: &Message) -> String {
         let (kind, whose) = match message {
             Message::ToNode(message) => (message.kind(), None),
             Message::FromNode(message) => (message.kind(), message.robot()),
@@ -84,7 +84,7 @@ impl MqttTopics {
     }
 
     /// The meaning of `topic` for `side`, if it has one.
-    pub fn read<'a>(&self, side: Side, topic: &'a str) -> Option<Topic<'a>> {
+    pub(crate) fn read<'a>(&self, side: Side, topic: &'a str) -> Option<Topic<'a>> {
         let rest = topic.strip_prefix(&self.prefix)?.strip_prefix('/')?;
         let kind = rest.split('/').next()?;
         if side.hears().contains(&kind) {

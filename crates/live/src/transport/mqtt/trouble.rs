@@ -10,7 +10,7 @@ use rumqttc::tokio_rustls::rustls;
 use rumqttc::{ConnectionError, DisconnectReasonCode, StateError, TlsError};
 
 /// The error for a failure that a retry does not solve, because the settings are wrong.
-pub fn fatal(error: &ConnectionError, broker: &Broker) -> Option<Error> {
+pub(crate) fn fatal(error: &ConnectionError, broker: &Broker) -> Option<Error> {
     use ConnectReturnCode as Code;
     let input = |problem: String, cure: &str| Some(Error::usage("'mqtt'", problem, cure));
     if let Some(trouble) = tls_trouble(error, broker) {
@@ -54,7 +54,7 @@ pub fn fatal(error: &ConnectionError, broker: &Broker) -> Option<Error> {
 }
 
 /// The error if another client has connected with the same id.
-pub fn taken_over(error: &ConnectionError, broker: &Broker) -> Option<Error> {
+pub(crate) fn taken_over(error: &ConnectionError, broker: &Broker) -> Option<Error> {
     matches!(
         error,
         ConnectionError::MqttState(StateError::ServerDisconnect {
@@ -97,7 +97,7 @@ fn tls_trouble(error: &ConnectionError, broker: &Broker) -> Option<Error> {
 }
 
 /// A description of the failure, from its original cause.
-pub fn told(error: &ConnectionError) -> String {
+pub(crate) fn told(error: &ConnectionError) -> String {
     let text = match error {
         ConnectionError::MqttState(StateError::AwaitPingResp) => "it does not answer".into(),
         ConnectionError::Timeout(_) => "no MQTT 5 answer came in time".into(),

@@ -5,6 +5,7 @@ use pickline::error::{Error, Result, nearest, shown};
 
 /// A broker's address, with user and password.
 #[derive(Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Broker {
     /// Host name or address.
     pub host: String,

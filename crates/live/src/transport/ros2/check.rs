@@ -8,7 +8,7 @@ use std::net::IpAddr;
 ///
 /// # Errors
 /// The namespace is not valid in ROS, or this machine is not in a given network.
-pub fn check(settings: &Ros2Settings) -> Result<()> {
+pub(crate) fn check(settings: &Ros2Settings) -> Result<()> {
     if let Some(problem) = wrong_namespace(&settings.namespace) {
         let problem = format!("`{}` {problem}", shown(&settings.namespace));
         let cure = "give names of letters, digits and single underscores, each beginning with a \

@@ -33,7 +33,7 @@ const VERDICTS: [Verdict; 5] = [
 const CM2: f64 = 1e-4;
 
 /// A header for `frame` and `stamp` [s].
-pub fn header(frame: &str, stamp: f64) -> Header {
+pub(crate) fn header(frame: &str, stamp: f64) -> Header {
     Header {
         stamp: Time::from_stamp(stamp),
         frame_id: frame.to_owned(),
@@ -57,7 +57,7 @@ fn entry<T: Copy>(table: &[T], number: u8, field: &str) -> Result<T, Rejected> {
 ///
 /// # Errors
 /// It is infinite or NaN, for which JSON has no number either.
-pub fn finite(field: &str, value: f64) -> Result<f64, Rejected> {
+pub(crate) fn finite(field: &str, value: f64) -> Result<f64, Rejected> {
     if value.is_finite() {
         return Ok(value);
     }
@@ -88,7 +88,7 @@ fn check_frame(header: &Header, frame: &str) -> Result<(), Rejected> {
 }
 
 /// Reads the detections of a picture, which must be in the belt frame `frame`.
-pub fn read_detections(array: &Detection3DArray, frame: &str) -> Vec<Read> {
+pub(crate) fn read_detections(array: &Detection3DArray, frame: &str) -> Vec<Read> {
     let detections = array.detections.iter();
     detections
         .map(|detection| read_detection(detection, &array.header, frame))
@@ -151,7 +151,7 @@ fn yaw(orientation: &Quaternion) -> Option<f64> {
 }
 
 /// A picture with one detection.
-pub fn detections(detection: &Detection, frame: &str) -> Detection3DArray {
+pub(crate) fn detections(detection: &Detection, frame: &str) -> Detection3DArray {
     let half = 0.5 * detection.angle.unwrap_or(0.0);
     let pose = Pose {
         position: Point {
@@ -202,7 +202,7 @@ pub fn detections(detection: &Detection, frame: &str) -> Detection3DArray {
 }
 
 /// Reads the belt's motion, along the x of `frame`.
-pub fn read_belt(belt: &BeltState, frame: &str) -> Read {
+pub(crate) fn read_belt(belt: &BeltState, frame: &str) -> Read {
     check_frame(&belt.header, frame)?;
     checked(Incoming::Belt(protocol::BeltState {
         stamp: belt.header.stamp.stamp(),
@@ -213,7 +213,7 @@ pub fn read_belt(belt: &BeltState, frame: &str) -> Read {
 }
 
 /// The belt's motion as a ROS message.
-pub fn belt(belt: &protocol::BeltState, frame: &str) -> BeltState {
+pub(crate) fn belt(belt: &protocol::BeltState, frame: &str) -> BeltState {
     BeltState {
         header: header(frame, belt.stamp),
         speed: belt.speed,
@@ -223,7 +223,7 @@ pub fn belt(belt: &protocol::BeltState, frame: &str) -> BeltState {
 }
 
 /// Reads a robot's state.
-pub fn read_robot(robot: &RobotState) -> Read {
+pub(crate) fn read_robot(robot: &RobotState) -> Read {
     checked(Incoming::Robot(protocol::RobotStatus {
         stamp: robot.header.stamp.stamp(),
         name: robot.name.clone(),
@@ -234,7 +234,7 @@ pub fn read_robot(robot: &RobotState) -> Read {
 }
 
 /// A robot's state as a ROS message.
-pub fn robot(robot: &protocol::RobotStatus, frame: &str) -> RobotState {
+pub(crate) fn robot(robot: &protocol::RobotStatus, frame: &str) -> RobotState {
     RobotState {
         header: header(frame, robot.stamp),
         name: robot.name.clone(),
@@ -247,7 +247,7 @@ pub fn robot(robot: &protocol::RobotStatus, frame: &str) -> RobotState {
 }
 
 /// Reads an acknowledgement of a task.
-pub fn read_ack(ack: &TaskAck) -> Read {
+pub(crate) fn read_ack(ack: &TaskAck) -> Read {
     checked(Incoming::Ack(protocol::Ack {
         stamp: ack.header.stamp.stamp(),
         task: ack.task,
@@ -255,7 +255,7 @@ pub fn read_ack(ack: &TaskAck) -> Read {
 }
 
 /// An acknowledgement of a task as a ROS message.
-pub fn ack(ack: &protocol::Ack, frame: &str) -> TaskAck {
+pub(crate) fn ack(ack: &protocol::Ack, frame: &str) -> TaskAck {
     TaskAck {
         header: header(frame, ack.stamp),
         task: ack.task,
@@ -263,7 +263,7 @@ pub fn ack(ack: &protocol::Ack, frame: &str) -> TaskAck {
 }
 
 /// Reads the result of a task.
-pub fn read_result(result: &TaskResult) -> Read {
+pub(crate) fn read_result(result: &TaskResult) -> Read {
     checked(Incoming::Result(ResultMessage {
         stamp: result.header.stamp.stamp(),
         task: result.task,
@@ -274,7 +274,7 @@ pub fn read_result(result: &TaskResult) -> Read {
 }
 
 /// The result of a task as a ROS message.
-pub fn result(report: &ResultMessage, frame: &str) -> TaskResult {
+pub(crate) fn result(report: &ResultMessage, frame: &str) -> TaskResult {
     TaskResult {
         header: header(frame, report.stamp),
         task: report.task,
@@ -285,13 +285,13 @@ pub fn result(report: &ResultMessage, frame: &str) -> TaskResult {
 }
 
 /// Reads the end of the station's turn.
-pub fn read_tick(tick: &Tick) -> Read {
+pub(crate) fn read_tick(tick: &Tick) -> Read {
     let stamp = tick.header.stamp.stamp();
     checked(Incoming::Tick { stamp })
 }
 
 /// The end of the station's turn of `messages` messages; without a `stamp` [s] it is the last turn.
-pub fn tick(stamp: Option<f64>, messages: u32, frame: &str) -> Tick {
+pub(crate) fn tick(stamp: Option<f64>, messages: u32, frame: &str) -> Tick {
     Tick {
         header: Header {
             stamp: Time::not_before(stamp.unwrap_or(0.0)),

@@ -11,9 +11,9 @@ pub trait RosType {
 
 /// A ROS message: its package, its type, its fields in order.
 pub trait RosMessage {
-    /// Package.
+    /// The package that defines it, for example `std_msgs`.
     const PACKAGE: &str;
-    /// Type within the package.
+    /// Its name within the package, for example `Header`.
     const TYPE: &str;
 
     /// Type and name of each field, in order.
@@ -87,9 +87,9 @@ macro_rules! messages {
 /// The definition of a message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Definition {
-    /// Package.
+    /// The package that defines it.
     pub package: &'static str,
-    /// Type.
+    /// Its name within the package.
     pub name: &'static str,
     /// Type and name of each field, in order.
     pub fields: Vec<(String, &'static str)>,
@@ -105,9 +105,9 @@ messages! {
     }
     /// Timestamp and frame of a message.
     "std_msgs" Header {
-        /// Timestamp.
+        /// When the content was measured or decided.
         stamp: Time,
-        /// Name of the frame.
+        /// The frame of all positions in the message; must be the belt's.
         frame_id: String,
     }
     /// A position [m].
@@ -119,29 +119,29 @@ messages! {
         /// Up [m].
         z: f64,
     }
-    /// An orientation.
+    /// An orientation, as a unit quaternion.
     "geometry_msgs" Quaternion {
-        /// Imaginary part.
+        /// Imaginary part along x.
         x: f64,
-        /// Imaginary part.
+        /// Imaginary part along y.
         y: f64,
-        /// Imaginary part.
+        /// Imaginary part along z.
         z: f64,
         /// Real part.
         w: f64,
     }
     /// A position and an orientation.
     "geometry_msgs" Pose {
-        /// The position.
+        /// Centre of the item [m].
         position: Point,
-        /// The orientation.
+        /// Rotation of the item's axes against the frame's.
         orientation: Quaternion,
     }
     /// A pose with its uncertainty.
     "geometry_msgs" PoseWithCovariance {
-        /// The pose.
+        /// The most likely pose.
         pose: Pose,
-        /// Row by row, for x, y, z and the rotations about them.
+        /// Row by row, for x, y, z [m^2] and the rotations about them [rad^2]; all 0 if unknown.
         covariance: [[f64; 6]; 6],
     }
     /// Extents [m].
@@ -153,34 +153,34 @@ messages! {
         /// Along z [m].
         z: f64,
     }
-    /// A box.
+    /// A box around an object, in any orientation.
     "vision_msgs" BoundingBox3D {
-        /// Its centre.
+        /// Pose of its centre.
         center: Pose,
-        /// Its extents.
+        /// Lengths of its sides [m].
         size: Vector3,
     }
     /// A possible class of an object.
     "vision_msgs" ObjectHypothesis {
-        /// The class.
+        /// Name or number of the class.
         class_id: String,
-        /// Confidence.
+        /// Confidence that the object is of this class, 0 to 1.
         score: f64,
     }
     /// A possible class of an object, with its pose.
     "vision_msgs" ObjectHypothesisWithPose {
-        /// The class.
+        /// The class and its confidence.
         hypothesis: ObjectHypothesis,
-        /// The pose.
+        /// Where the object is if it is of this class.
         pose: PoseWithCovariance,
     }
     /// A detection of an item.
     "vision_msgs" Detection3D {
         /// Timestamp and frame.
         header: Header,
-        /// Possible classes.
+        /// The possible classes of the item, in any order.
         results: Vec<ObjectHypothesisWithPose>,
-        /// Its bounding box.
+        /// The box around the item, with its length, width and height.
         bbox: BoundingBox3D,
         /// The tracker's id; empty if there is none.
         id: String,
@@ -189,7 +189,7 @@ messages! {
     "vision_msgs" Detection3DArray {
         /// Time of the picture, and frame.
         header: Header,
-        /// The detections.
+        /// One detection for each item in the picture.
         detections: Vec<Detection3D>,
     }
     /// How the belt moves.
@@ -293,7 +293,7 @@ messages! {
         task: u64,
         /// Name of the robot.
         robot: String,
-        /// The reason.
+        /// Why the task is dropped, in words.
         reason: String,
     }
     /// The end of the station's turn.
@@ -320,20 +320,20 @@ messages! {
     }
     /// A count of an event.
     "pickline_interfaces" Count {
-        /// The event.
+        /// Name of the event, as in docs/protocol.md.
         what: String,
-        /// The count.
+        /// How often it has happened.
         count: u64,
     }
     /// One robot in a status.
     "pickline_interfaces" RobotFigures {
-        /// Its name.
+        /// Its name in the station file.
         name: String,
-        /// Its state.
+        /// `idle`, `busy`, `fault`, or the mode that the operator ordered.
         state: String,
-        /// Its picks.
+        /// Number of items that it has picked.
         picked: u64,
-        /// Its failed grasps.
+        /// Number of its grasps that failed.
         failed: u64,
         /// Its tasks for which it came too late or did not find the item.
         missed: u64,
@@ -376,17 +376,17 @@ messages! {
         queued: u64,
         /// Messages that were refused.
         rejected: Vec<Count>,
-        /// Unusual events.
+        /// Unusual events so far.
         noted: Vec<Count>,
-        /// Each robot.
+        /// The figures of each robot, upstream first.
         robots: Vec<RobotFigures>,
-        /// Number of decisions.
+        /// Number of decisions so far.
         decisions: u64,
         /// Median duration of decisions [s].
         latency_p50: f64,
-        /// 99th percentile [s].
+        /// 99th percentile of the duration of decisions [s].
         latency_p99: f64,
-        /// Maximum [s].
+        /// Longest duration of a decision [s].
         latency_max: f64,
     }
 }

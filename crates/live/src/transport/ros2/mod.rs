@@ -26,7 +26,7 @@ pub use settings::Ros2Settings;
 ///
 /// # Errors
 /// A name or a network is invalid.
-pub fn start(
+pub(super) fn start(
     number: u64,
     settings: &Ros2Settings,
     inbox: SyncSender<TransportEvent>,

@@ -72,7 +72,7 @@ fn create_node(settings: &Ros2Settings) -> Result<(Context, Node)> {
 }
 
 /// Starts the node's threads.
-pub fn start(
+pub(crate) fn start(
     number: u64,
     settings: &Ros2Settings,
     inbox: SyncSender<TransportEvent>,

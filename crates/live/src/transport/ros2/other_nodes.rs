@@ -16,7 +16,7 @@ const POLL_INTERVAL: Duration = Duration::from_secs(1);
 
 /// What to do about other nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Precedence {
+pub(crate) enum Precedence {
     /// Nothing.
     Stay,
     /// Give no tasks until it is known which node stays.
@@ -28,7 +28,7 @@ pub enum Precedence {
 }
 
 /// Looks for other nodes.
-pub struct NodeWatcher {
+pub(crate) struct NodeWatcher {
     participant: DomainParticipant,
     topic: String,
     began: Instant,
@@ -38,7 +38,7 @@ pub struct NodeWatcher {
 
 impl NodeWatcher {
     /// Watches the tasks under `namespace`, which begins with `/`.
-    pub fn new(context: &Context, namespace: &str) -> Self {
+    pub(crate) fn new(context: &Context, namespace: &str) -> Self {
         let participant = context.domain_participant();
         let own = participant.guid();
         Self {
@@ -52,7 +52,7 @@ impl NodeWatcher {
     }
 
     /// Checks for other nodes now; `up` is whether the robots are already connected to this node.
-    pub fn look(&mut self, up: bool) -> Precedence {
+    pub(crate) fn look(&mut self, up: bool) -> Precedence {
         let now = self.began.elapsed();
         if self.other_nodes.stays && now < self.looked + POLL_INTERVAL {
             return Precedence::Stay;

@@ -26,7 +26,7 @@ fn read_point(field: &str, place: &Point) -> Result<protocol::BeltPoint, Rejecte
 }
 
 /// A task as a ROS message.
-pub fn task(task: &protocol::Task, frame: &str) -> Task {
+pub(crate) fn task(task: &protocol::Task, frame: &str) -> Task {
     Task {
         header: header(frame, task.decided_at),
         id: task.id,
@@ -59,7 +59,7 @@ pub fn task(task: &protocol::Task, frame: &str) -> Task {
 ///
 /// # Errors
 /// A value that must be a number is infinite or NaN.
-pub fn read_task(task: &Task) -> Result<Outgoing, Rejected> {
+pub(crate) fn read_task(task: &Task) -> Result<Outgoing, Rejected> {
     let size = Some([task.length, task.width]).filter(|size| *size != [0.0; 2]);
     for side in size.into_iter().flatten() {
         finite("size", side)?;
@@ -88,7 +88,7 @@ pub fn read_task(task: &Task) -> Result<Outgoing, Rejected> {
 }
 
 /// A cancel as a ROS message.
-pub fn cancel(cancel: &Cancel, frame: &str) -> TaskCancel {
+pub(crate) fn cancel(cancel: &Cancel, frame: &str) -> TaskCancel {
     TaskCancel {
         header: header(frame, cancel.stamp),
         task: cancel.task,
@@ -98,7 +98,7 @@ pub fn cancel(cancel: &Cancel, frame: &str) -> TaskCancel {
 }
 
 /// Reads a cancel.
-pub fn read_cancel(cancel: &TaskCancel) -> Outgoing {
+pub(crate) fn read_cancel(cancel: &TaskCancel) -> Outgoing {
     Outgoing::Cancel(Cancel {
         stamp: cancel.header.stamp.stamp(),
         task: cancel.task,
@@ -125,7 +125,7 @@ fn read_counts(counts: &[Count]) -> BTreeMap<String, u64> {
 }
 
 /// A status as a ROS message.
-pub fn status(status: &Status, frame: &str) -> LineStatus {
+pub(crate) fn status(status: &Status, frame: &str) -> LineStatus {
     let robots = status.robots.iter();
     let latency = status.latency;
     let quantile = |of: fn(&Latency) -> f64| latency.as_ref().map_or(0.0, of) / MS;
@@ -169,7 +169,7 @@ pub fn status(status: &Status, frame: &str) -> LineStatus {
 ///
 /// # Errors
 /// A value that must be a number is infinite or NaN.
-pub fn read_status(status: &LineStatus) -> Result<Outgoing, Rejected> {
+pub(crate) fn read_status(status: &LineStatus) -> Result<Outgoing, Rejected> {
     let robots = status.robots.iter();
     let latency = Latency {
         decisions: status.decisions,
@@ -215,7 +215,7 @@ pub fn read_status(status: &LineStatus) -> Result<Outgoing, Rejected> {
 }
 
 /// The end of the node's turn of `messages` messages; without a `due` it is the last turn.
-pub fn due(due: Option<&protocol::Due>, messages: u32, frame: &str) -> Due {
+pub(crate) fn due(due: Option<&protocol::Due>, messages: u32, frame: &str) -> Due {
     let next = due.and_then(|due| due.next);
     Due {
         header: header(frame, due.map_or(0.0, |due| due.stamp)),
@@ -227,7 +227,7 @@ pub fn due(due: Option<&protocol::Due>, messages: u32, frame: &str) -> Due {
 }
 
 /// Reads the end of the node's turn.
-pub fn read_due(due: &Due) -> Outgoing {
+pub(crate) fn read_due(due: &Due) -> Outgoing {
     Outgoing::Due(protocol::Due {
         stamp: due.header.stamp.stamp(),
         next: due.has_next.then(|| due.next.stamp()),

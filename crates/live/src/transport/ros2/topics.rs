@@ -33,10 +33,10 @@ fn reliable(depth: usize) -> QosProfile {
 }
 
 /// The topics of one line.
-pub struct TopicFactory<'a> {
+pub(crate) struct TopicFactory<'a> {
     /// The node in the graph.
     pub node: &'a mut Node,
-    /// The settings.
+    /// The namespace of the topics, and which publishers are accepted.
     pub settings: &'a Ros2Settings,
 }
 
@@ -83,7 +83,7 @@ impl TopicFactory<'_> {
     }
 
     /// Creates the publishers of this side.
-    pub fn publishers(&mut self) -> Result<Publishers, CreateError> {
+    pub(crate) fn publishers(&mut self) -> Result<Publishers, CreateError> {
         let topics = match self.settings.side {
             Side::Node => SidePublishers::Node(Box::new(NodePublishers {
                 tasks: self.advertise("tasks")?,
@@ -107,7 +107,7 @@ impl TopicFactory<'_> {
     }
 
     /// Creates the subscriptions of the node.
-    pub fn node_subscriptions(&mut self) -> Result<NodeSubscriptions, CreateError> {
+    pub(crate) fn node_subscriptions(&mut self) -> Result<NodeSubscriptions, CreateError> {
         let mut quality = reliable(READ_DEPTH);
         if self.settings.best_effort {
             quality = quality.reliability_best_effort();
@@ -123,7 +123,7 @@ impl TopicFactory<'_> {
     }
 
     /// Creates the subscriptions of a station.
-    pub fn station_subscriptions(&mut self) -> Result<StationSubscriptions, CreateError> {
+    pub(crate) fn station_subscriptions(&mut self) -> Result<StationSubscriptions, CreateError> {
         Ok(StationSubscriptions {
             tasks: self.subscribe("tasks")?,
             cancels: self.subscribe("cancels")?,
@@ -134,15 +134,15 @@ impl TopicFactory<'_> {
 }
 
 /// A subscription to a topic.
-pub struct TopicSubscription<M> {
+pub(crate) struct TopicSubscription<M> {
     /// Its full name.
     pub topic: Arc<str>,
-    /// The subscription.
+    /// The typed reader of the topic.
     pub subscription: Subscription<M>,
 }
 
 /// The subscriptions of the node.
-pub struct NodeSubscriptions {
+pub(crate) struct NodeSubscriptions {
     /// Detections.
     pub detections: TopicSubscription<Detection3DArray>,
     /// How the belt moves.
@@ -158,7 +158,7 @@ pub struct NodeSubscriptions {
 }
 
 /// The subscriptions of a station.
-pub struct StationSubscriptions {
+pub(crate) struct StationSubscriptions {
     /// Tasks.
     pub tasks: TopicSubscription<Task>,
     /// Cancels.
@@ -170,7 +170,7 @@ pub struct StationSubscriptions {
 }
 
 /// The publishers of the node.
-pub struct NodePublishers {
+pub(crate) struct NodePublishers {
     tasks: Publisher<Task>,
     cancels: Publisher<TaskCancel>,
     status: Publisher<LineStatus>,
@@ -178,7 +178,7 @@ pub struct NodePublishers {
 }
 
 /// The publishers of a station.
-pub struct StationPublishers {
+pub(crate) struct StationPublishers {
     detections: Publisher<Detection3DArray>,
     belt: Publisher<BeltState>,
     robots: Publisher<RobotState>,
@@ -189,14 +189,14 @@ pub struct StationPublishers {
 
 /// The publishers of one side.
 enum SidePublishers {
-    /// The node.
+    /// Tasks, cancels and statuses.
     Node(Box<NodePublishers>),
-    /// A station.
+    /// Detections, states and results.
     Station(Box<StationPublishers>),
 }
 
 /// The publishers of one side, with a count of messages.
-pub struct Publishers {
+pub(crate) struct Publishers {
     topics: SidePublishers,
     /// Messages published in this turn.
     published: AtomicU32,
@@ -204,7 +204,7 @@ pub struct Publishers {
 
 impl Publishers {
     /// Publishes a message. There is no space while readers have not acknowledged earlier ones.
-    pub fn publish(&self, message: &Message, frame: &str) -> Result<(), String> {
+    pub(crate) fn publish(&self, message: &Message, frame: &str) -> Result<(), String> {
         let published = self.published.load(Relaxed);
         match (&self.topics, message) {
             (SidePublishers::Node(publishers), Message::FromNode(message)) => match message {
@@ -256,7 +256,7 @@ impl Publishers {
     }
 
     /// Publishes that nothing more comes, so that the other side does not wait for it.
-    pub fn end(&self, frame: &str) {
+    pub(crate) fn end(&self, frame: &str) {
         let published = self.published.load(Relaxed);
         // Peers that have left need not know.
         let _ = match &self.topics {
@@ -270,7 +270,7 @@ impl Publishers {
     }
 
     /// Whether there are readers for all messages that must not be lost.
-    pub fn has_subscribers(&self, node: &Node) -> bool {
+    pub(crate) fn has_subscribers(&self, node: &Node) -> bool {
         match &self.topics {
             SidePublishers::Node(publishers) => publishers.tasks.get_subscription_count(node) > 0,
             SidePublishers::Station(publishers) => {

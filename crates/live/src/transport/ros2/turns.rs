@@ -14,7 +14,7 @@ const PARTICIPANT: usize = 12;
 
 /// The sender and publication time of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Sent {
+pub(crate) struct Sent {
     /// The participant that published it.
     pub sender: [u8; PARTICIPANT],
     /// When it was published [ns].
@@ -23,7 +23,7 @@ pub struct Sent {
 
 impl Sent {
     /// The DDS metadata of a message: its writer's identity, and its publication time [ns].
-    pub fn new(writer: &[u8], at: i64) -> Self {
+    pub(crate) fn new(writer: &[u8], at: i64) -> Self {
         let mut sender = [0; PARTICIPANT];
         for (byte, known) in sender.iter_mut().zip(writer) {
             *byte = *known;
@@ -34,7 +34,7 @@ impl Sent {
 
 /// The held messages.
 #[derive(Debug, Default)]
-pub struct Turns {
+pub(crate) struct Turns {
     held: Vec<(Sent, Vec<TransportEvent>)>,
     /// Ends of turns, each with the number of messages before it in the turn.
     ends: Vec<(Sent, usize)>,
@@ -42,7 +42,7 @@ pub struct Turns {
 
 /// The error for a turn with too many messages.
 #[derive(Debug, PartialEq, Eq)]
-pub struct Endless;
+pub(crate) struct Endless;
 
 impl Turns {
     /// Adds the events of a message. If it ends a turn, `end` is the number of messages before it.
@@ -50,7 +50,7 @@ impl Turns {
     ///
     /// # Errors
     /// The turn does not end.
-    pub fn take(
+    pub(crate) fn take(
         &mut self,
         sent: Sent,
         heard: Vec<TransportEvent>,

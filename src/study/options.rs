@@ -1,0 +1,112 @@
+//! The settings that studies have in common.
+
+use super::notes::Note;
+use super::robust::RobustTraining;
+use crate::sim::Conditions;
+use crate::strategies::Parsed;
+use std::sync::Arc;
+
+/// The settings of a study: what all studies have, and in `S` what only one kind of them has.
+/// It is used by the names [`CompareOptions`](super::CompareOptions),
+/// [`SweepOptions`](super::SweepOptions) and [`OptimizeOptions`](super::OptimizeOptions).
+///
+/// By default the seed is 1, nothing goes wrong, there are no strategies besides those that the
+/// study itself brings, and results are bounded.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct StudyOptions<S> {
+    pub(super) seed: u64,
+    pub(super) conditions: Conditions,
+    pub(super) strategies: Vec<Arc<Parsed>>,
+    pub(super) bound: bool,
+    /// What only this kind of study has.
+    pub(super) own: S,
+}
+
+impl<S: Default> Default for StudyOptions<S> {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            conditions: Conditions::default(),
+            strategies: Vec::new(),
+            bound: true,
+            own: S::default(),
+        }
+    }
+}
+
+impl<S> StudyOptions<S> {
+    /// With this master seed. Assignments are searched with it; the cases of a comparison, the
+    /// patterns of a sweep and fresh patterns use the seeds after it.
+    #[must_use]
+    pub fn with_seed(mut self, seed: u64) -> Self {
+        self.seed = seed;
+        self
+    }
+
+    /// Under these conditions, with random events from the master seed.
+    #[must_use]
+    pub fn with_conditions(mut self, conditions: Conditions) -> Self {
+        self.conditions = conditions;
+        self
+    }
+
+    /// With another strategy, scored on the same patterns as the study's own.
+    #[must_use]
+    pub fn with_strategy(mut self, strategy: Parsed) -> Self {
+        self.strategies.push(Arc::new(strategy));
+        self
+    }
+
+    /// With a certified bound on what any strategy can do, or without it.
+    #[must_use]
+    pub fn with_bound(mut self, bound: bool) -> Self {
+        self.bound = bound;
+        self
+    }
+}
+
+/// Settings of studies that run several methods: comparisons and sweeps.
+#[derive(Debug, Clone, Default)]
+pub struct MethodSettings {
+    pub(super) station_strategy: Option<Arc<Parsed>>,
+    pub(super) training: RobustTraining,
+    pub(super) greedy: bool,
+}
+
+impl<S: AsMut<MethodSettings>> StudyOptions<S> {
+    /// With the strategy that the station file names, before the others and unless it is one
+    /// of them.
+    #[must_use]
+    pub fn with_station_strategy(mut self, strategy: Option<Parsed>) -> Self {
+        self.own.as_mut().station_strategy = strategy.map(Arc::new);
+        self
+    }
+
+    /// With robust GT (game theory) from this training.
+    #[must_use]
+    pub fn with_training(mut self, training: RobustTraining) -> Self {
+        self.own.as_mut().training = training;
+        self
+    }
+
+    /// With greedy GT, the assignment that is best on each pattern by itself, or without it: by
+    /// default with it in a comparison, without it in a sweep. A comparison always leaves it out
+    /// if it would take minutes.
+    #[must_use]
+    pub fn with_greedy(mut self, greedy: bool) -> Self {
+        self.own.as_mut().greedy = greedy;
+        self
+    }
+}
+
+impl MethodSettings {
+    /// The strategy of the station file, unless it is one of `given`, and those; with a note if
+    /// it was added.
+    pub(super) fn strategies(&self, given: &[Arc<Parsed>]) -> (Vec<Arc<Parsed>>, Option<Note>) {
+        let saved = self.station_strategy.as_ref();
+        let saved = saved.filter(|saved| given.iter().all(|s| s.text() != saved.text()));
+        let note = saved.map(|saved| Note::StationStrategy(saved.text().to_owned()));
+        (saved.into_iter().chain(given).cloned().collect(), note)
+    }
+}

@@ -1,0 +1,207 @@
+//! One strategy on one pattern, and what is checked of the run.
+
+use super::blueprint::{BlueprintOptions, blueprint};
+use super::notes::{Note, failure_note};
+use crate::checker;
+use crate::clearance::{self, Clearance};
+use crate::decision::{Observer, Outcome};
+use crate::error::Result;
+use crate::optimize::{Environment, bound_beside};
+use crate::pattern::Pattern;
+use crate::planning::Allowance;
+use crate::planning::bound::Bound;
+use crate::sim::{Conditions, Scene, Trace, simulate_observed};
+use crate::station::Station;
+use crate::strategies::{Blueprint, Parsed};
+
+/// The settings of a run, and what is found out about it.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct SimulateOptions {
+    seed: u64,
+    conditions: Conditions,
+    allowance: Allowance,
+    trace: bool,
+    check: bool,
+    clearance: bool,
+    bound: bool,
+}
+
+impl Default for SimulateOptions {
+    /// Seed 1, nothing going wrong, with the bound; no trace, no check, no clearance.
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            conditions: Conditions::default(),
+            allowance: Allowance::default(),
+            trace: false,
+            check: false,
+            clearance: false,
+            bound: true,
+        }
+    }
+}
+
+impl SimulateOptions {
+    /// With this master seed.
+    #[must_use]
+    pub fn with_seed(mut self, seed: u64) -> Self {
+        self.seed = seed;
+        self
+    }
+
+    /// Under these conditions, with random events from the master seed.
+    #[must_use]
+    pub fn with_conditions(mut self, conditions: Conditions) -> Self {
+        self.conditions = conditions;
+        self
+    }
+
+    /// With this budget of one decision, unless the strategy itself sets it.
+    #[must_use]
+    pub fn with_allowance(mut self, allowance: Allowance) -> Self {
+        self.allowance = allowance;
+        self
+    }
+
+    /// With every event of the run, or without.
+    #[must_use]
+    pub fn with_trace(mut self, trace: bool) -> Self {
+        self.trace = trace;
+        self
+    }
+
+    /// With the run verified by the independent checker, or not.
+    #[must_use]
+    pub fn with_check(mut self, check: bool) -> Self {
+        self.check = check;
+        self
+    }
+
+    /// With the smallest distance between two arms, or without.
+    #[must_use]
+    pub fn with_clearance(mut self, clearance: bool) -> Self {
+        self.clearance = clearance;
+        self
+    }
+
+    /// With the bound that no strategy can exceed, or without.
+    #[must_use]
+    pub fn with_bound(mut self, bound: bool) -> Self {
+        self.bound = bound;
+        self
+    }
+
+    /// How a strategy is put on the line for this run.
+    pub fn blueprint(&self) -> BlueprintOptions {
+        BlueprintOptions::default()
+            .with_seed(self.seed)
+            .with_update_hz(self.conditions.update_hz)
+            .with_allowance(self.allowance)
+    }
+}
+
+/// A run whose pattern fits on its line.
+#[derive(Debug)]
+pub struct SimulateStudy<'a> {
+    scene: Scene<'a>,
+    options: &'a SimulateOptions,
+}
+
+/// A run, and what was found out about it.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct SimulatedRun<'a> {
+    /// The full name of the strategy.
+    pub strategy: String,
+    /// The picks and what was missed.
+    pub outcome: Outcome,
+    /// Every event, if asked for.
+    pub trace: Option<Trace<'a>>,
+    /// The smallest distance between two arms, if asked for and if there are two.
+    pub clearance: Option<Clearance>,
+    /// What no strategy can exceed, if asked for.
+    pub bound: Option<Bound>,
+    /// Remarks on the settings.
+    pub notes: Vec<Note>,
+}
+
+/// Runs `strategy` on `pattern`, and checks the run as far as `options` ask for it.
+///
+/// # Errors
+/// Settings or a strategy that do not fit the line, an item beside the belt, an illegal action,
+/// [`Refuted`](crate::error::ErrorKind::Refuted) by the checker, or
+/// [`Interrupted`](crate::error::ErrorKind::Interrupted).
+pub fn simulate<'a>(
+    station: &'a Station,
+    pattern: &'a Pattern,
+    strategy: &Parsed,
+    options: &'a SimulateOptions,
+    environment: &Environment,
+) -> Result<SimulatedRun<'a>> {
+    let blueprint = blueprint(strategy, station, &options.blueprint(), environment)?;
+    SimulateStudy::new(station, pattern, options)?.run(&blueprint, environment)
+}
+
+impl<'a> SimulateStudy<'a> {
+    /// Puts `pattern` on `station`.
+    ///
+    /// # Errors
+    /// An item beside the belt, or invalid conditions.
+    pub fn new(
+        station: &'a Station,
+        pattern: &'a Pattern,
+        options: &'a SimulateOptions,
+    ) -> Result<Self> {
+        let conditions = options.conditions.with_seed(options.seed);
+        let scene = Scene::under(station, pattern, conditions)?;
+        Ok(Self { scene, options })
+    }
+
+    /// The pattern on the station.
+    pub fn scene(&self) -> &Scene<'a> {
+        &self.scene
+    }
+
+    /// Remarks on the settings.
+    pub fn notes(&self) -> Vec<Note> {
+        failure_note(&self.scene).into_iter().collect()
+    }
+
+    /// Runs the strategy that `blueprint` makes.
+    ///
+    /// # Errors
+    /// An illegal action, [`Refuted`](crate::error::ErrorKind::Refuted) by the checker, or
+    /// [`Interrupted`](crate::error::ErrorKind::Interrupted) before the bound is found.
+    pub fn run(
+        &self,
+        blueprint: &Blueprint,
+        environment: &Environment,
+    ) -> Result<SimulatedRun<'a>> {
+        let (scene, options) = (&self.scene, self.options);
+        let (station, pattern) = (scene.station(), scene.pattern());
+        let mut strategy = blueprint.make();
+        let mut trace = options.trace.then(|| Trace::new(station, pattern));
+        let observer = trace.as_mut().map(|trace| trace as &mut dyn Observer);
+        let outcome = simulate_observed(scene, strategy.as_mut(), observer)?;
+        if options.check {
+            checker::check(station, pattern, &outcome)?;
+        }
+        let clearance = match options.clearance {
+            true => clearance::smallest(station, &outcome),
+            false => None,
+        };
+        let bound = match options.bound {
+            true => Some(bound_beside(scene, outcome.figures.picked, environment)?),
+            false => None,
+        };
+        Ok(SimulatedRun {
+            strategy: strategy.name(),
+            outcome,
+            trace,
+            clearance,
+            bound,
+            notes: self.notes(),
+        })
+    }
+}
