@@ -101,7 +101,7 @@ impl Robot {
     }
 
     /// Whether it has one bin that takes everything and has no name of its own.
-    pub(super) fn has_only_bin(&self) -> bool {
+    pub fn has_only_bin(&self) -> bool {
         match self.bins.as_slice() {
             [bin] => bin.name == default_bin_name(0) && bin.classes.is_none(),
             _ => false,

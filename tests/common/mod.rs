@@ -63,15 +63,14 @@ pub fn stations() -> impl Strategy<Value = Station> {
             .map(
                 |(i, (gap, y, bin_x, bin_y, reach, faster, grasp_time, release_time))| {
                     x += gap;
-                    Robot {
-                        name: format!("r{}", i + 1),
-                        base: Point2::new(x, y),
-                        bin: Point2::new(x + bin_x, bin_y),
+                    Robot::new(
+                        format!("r{}", i + 1),
+                        Point2::new(x, y),
+                        Point2::new(x + bin_x, bin_y),
                         reach,
-                        speed: speed * faster,
-                        grasp_time,
-                        release_time,
-                    }
+                        pickline::kinematics::Arm::constant(speed * faster),
+                    )
+                    .with_dwell(grasp_time, release_time)
                 },
             )
             .collect();
@@ -99,10 +98,11 @@ pub fn lines() -> impl Strategy<Value = Station> {
                 first_base_x: 1.2,
                 spacing,
                 base_offset: 0.1,
-                bin_offset: 0.0,
+                bins: pickline::station::LineBins::AtEdge(0.0),
+                rest: None,
                 tail: 0.4,
                 reach: 0.8,
-                speed: 0.5,
+                arm: pickline::kinematics::Arm::constant(0.5),
                 grasp_time: dwell,
                 release_time: dwell,
             };

@@ -13,15 +13,14 @@ pub const FULL: Layout = Layout {
 };
 
 fn robot(name: &str, base: [f64; 2], bin: [f64; 2], reach: f64, speed: f64, dwell: f64) -> Robot {
-    Robot {
-        name: name.into(),
-        base: Point2::from(base),
-        bin: Point2::from(bin),
+    Robot::new(
+        name,
+        Point2::from(base),
+        Point2::from(bin),
         reach,
-        speed,
-        grasp_time: 0.25 * dwell,
-        release_time: 0.75 * dwell,
-    }
+        pickline::kinematics::Arm::constant(speed),
+    )
+    .with_dwell(0.25 * dwell, 0.75 * dwell)
 }
 
 /// Belt at 0.1 m/s, 4 m by 1 m. Robots below, above and below it; reach and speed of the
@@ -71,6 +70,8 @@ pub fn encoded(layout: Layout, snapshot: &Snapshot) -> (Vec<f32>, Vec<bool>) {
 fn decision(station: &Station, work: impl FnOnce(&Snapshot)) {
     let candidate = |item, x: f64, y, weight, close| Candidate {
         item,
+        bin: 0,
+        class: pickline::station::ClassId::OTHER,
         x0: x - 1.0,
         y,
         weight,
@@ -83,6 +84,7 @@ fn decision(station: &Station, work: impl FnOnce(&Snapshot)) {
     ];
     let seen = |item, x: f64, y| BeltItem {
         item,
+        class: pickline::station::ClassId::OTHER,
         x0: x - 1.0,
         x,
         y,
@@ -103,6 +105,7 @@ fn decision(station: &Station, work: impl FnOnce(&Snapshot)) {
         robot: 1,
         candidates: &candidates,
         free_at: &[16.0, 10.0, 14.0],
+        places: &[0; 8],
         in_view: &in_view,
     });
 }
@@ -246,6 +249,7 @@ fn the_papers_observation_is_that_of_a_decision_worked_out_by_hand() {
         // A robot that waits for ever counts as busy for a thousand seconds.
         let waiting = Snapshot {
             free_at: &[f64::INFINITY, 10.0, 14.0],
+            places: &[0; 8],
             ..*snapshot
         };
         assert_eq!(encoded(Layout::PAPER, &waiting).0[..2], [1.0, 1000.0]);

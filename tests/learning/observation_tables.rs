@@ -21,16 +21,17 @@ fn best(robot: &Robot, belt: &Belt, (x0, y): (f64, f64), from: f64) -> Option<(f
         return None;
     }
     let soonest = x0 + belt.speed * (from + tau(robot, belt, (x0, y), from));
-    let meet = robot.bin.x.clamp(soonest, soonest.max(out));
-    let way = (meet - robot.bin.x).hypot(y - robot.bin.y) / robot.speed;
-    let dwell = robot.grasp_time + robot.release_time;
+    let meet = robot.bins[0].at.x.clamp(soonest, soonest.max(out));
+    let way = (meet - robot.bins[0].at.x).hypot(y - robot.bins[0].at.y)
+        / robot.arm.constant_speed().unwrap();
+    let dwell = robot.grasp_time + robot.bins[0].release_time;
     Some((2.0 * way + dwell, (meet - x0) / belt.speed - way))
 }
 
 /// From the bin to the item [s], leaving at `time`.
 fn tau(robot: &Robot, belt: &Belt, (x0, y): (f64, f64), time: f64) -> f64 {
-    let (v, u) = (belt.speed, robot.speed);
-    let (dx, dy) = (x0 + v * time - robot.bin.x, y - robot.bin.y);
+    let (v, u) = (belt.speed, robot.arm.constant_speed().unwrap());
+    let (dx, dy) = (x0 + v * time - robot.bins[0].at.x, y - robot.bins[0].at.y);
     let k = u * u - v * v;
     (v * dx + (v * v * dx * dx + k * (dx * dx + dy * dy)).sqrt()) / k
 }
@@ -116,7 +117,7 @@ fn transcribed(s: &Snapshot) -> (Vec<f64>, Vec<Vec<f64>>) {
             .filter(|robot| *robot != s.robot)
             .filter_map(|index| {
                 let robot = &robots[index];
-                let (open, close) = robot.departure_window(belt, c.x0, c.y)?;
+                let (open, close) = robot.departure_window(belt, 0, c.x0, c.y)?;
                 let from = open.max(s.time).max(s.free_at[index]);
                 if close < from {
                     return None;

@@ -216,15 +216,14 @@ fn trivial() -> (Station, Vec<Pattern>) {
         length: 2.0,
         width: 0.8,
     };
-    let robot = Robot {
-        name: "r1".into(),
-        base: Point2::new(1.0, 0.0),
-        bin: Point2::new(1.0, 0.0),
-        reach: 1.0,
-        speed: 1.0,
-        grasp_time: 25.0,
-        release_time: 0.0,
-    };
+    let robot = Robot::new(
+        "r1",
+        Point2::new(1.0, 0.0),
+        Point2::new(1.0, 0.0),
+        1.0,
+        pickline::kinematics::Arm::constant(1.0),
+    )
+    .with_dwell(25.0, 0.0);
     let station = Station::new(belt, vec![robot]).unwrap();
     let mut rng = random_stream(2, 0);
     let pattern = |_| {

@@ -110,7 +110,7 @@ fn linear_program(scene: &Scene, slot: f64) -> f64 {
             let Candidate { open, close, .. } = *candidate;
             for departure in of(open)..=of(close) {
                 let start = open.max(departure as f64 * slot);
-                let moment = Moment::new(station, robot, start);
+                let moment = Moment::new(station, robot, 0, start);
                 let free = of(start + moment.processing_time(candidate));
                 let pick = variables.add(variable().min(0.0));
                 objective += pick;

@@ -14,15 +14,14 @@ const BELT: Belt = Belt {
 };
 
 fn robot(name: &str, x: f64, dwell: f64) -> Robot {
-    Robot {
-        name: name.into(),
-        base: [x, -0.5].into(),
-        bin: [x, -0.5].into(),
-        reach: 0.6,
-        speed: 0.5,
-        grasp_time: dwell,
-        release_time: 0.0,
-    }
+    Robot::new(
+        name,
+        [x, -0.5].into(),
+        [x, -0.5].into(),
+        0.6,
+        pickline::kinematics::Arm::constant(0.5),
+    )
+    .with_dwell(dwell, 0.0)
 }
 
 /// Robots that hold each item for so long [s], 1.5 m from each other.
@@ -83,7 +82,7 @@ fn limits(scene: &Scene) -> Vec<f64> {
     for robot in 0..scene.station().robots().len() {
         for candidate in scene.queue(robot) {
             for time in [candidate.open, candidate.close] {
-                let moment = pickline::decision::Moment::new(scene.station(), robot, time);
+                let moment = pickline::decision::Moment::new(scene.station(), robot, 0, time);
                 times.extend([time, time + moment.processing_time(candidate)]);
             }
         }
@@ -299,7 +298,8 @@ fn a_run_may_begin_with_a_pick() {
     let pattern = Pattern::new(vec![Item::at("0", 0.0, -0.5)]).unwrap();
     let mut robots = station.robots().to_vec();
     robots[0].base.x = 0.0;
-    robots[0].bin.x = 0.0;
+    robots[0].bins[0].at.x = 0.0;
+    robots[0].rest.x = 0.0;
     let station = Station::new(BELT, robots).unwrap();
     let scene = Scene::new(&station, &pattern).unwrap();
     assert_eq!(scene.queue(0)[0].open, 0.0);

@@ -90,7 +90,7 @@ fn queues(scene: &Scene) -> Vec<Vec<Candidate>> {
     let station = scene.station();
     let true_one = |robot: &Robot, seen: &Candidate| {
         let item = &scene.pattern().items()[seen.item as usize];
-        let (open, close) = robot.departure_window(station.belt(), item.x0, item.y)?;
+        let (open, close) = robot.departure_window(station.belt(), 0, item.x0, item.y)?;
         let candidate = Candidate {
             x0: item.x0,
             y: item.y,
@@ -129,7 +129,7 @@ impl Enumeration<'_> {
             if self.is_taken(item) || start > candidate.close {
                 continue;
             }
-            let moment = Moment::new(self.scene.station(), robot, start);
+            let moment = Moment::new(self.scene.station(), robot, 0, start);
             let release = start + moment.processing_time(&candidate);
             self.made[item] = 1;
             self.robot(robot, release, last_release.max(release));
@@ -149,7 +149,7 @@ impl Enumeration<'_> {
                 {
                     continue;
                 }
-                let moment = Moment::new(self.scene.station(), robot, start);
+                let moment = Moment::new(self.scene.station(), robot, 0, start);
                 let release = start + moment.processing_time(&candidate);
                 let over = start + moment.travel_time(&candidate) + moment.robot.grasp_time;
                 let before = (free[robot], self.back[item]);

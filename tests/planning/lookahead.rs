@@ -163,14 +163,15 @@ fn what_weighs_nothing_is_left_when_weight_counts() {
 fn a_robot_leaves_an_item_to_another_that_is_better_placed() {
     // Both robots reach item 0, only the first item 1, which comes a second later and has
     // passed once the first robot, slow at its grasps, is done with item 0.
-    let robot = |name: &str, x: f64, y: f64, grasp_time: f64| Robot {
-        name: name.to_owned(),
-        base: Point2::new(x, y),
-        bin: Point2::new(x, y),
-        reach: 0.7,
-        speed: 1.0,
-        grasp_time,
-        release_time: 0.0,
+    let robot = |name: &str, x: f64, y: f64, grasp_time: f64| {
+        Robot::new(
+            name.to_owned(),
+            Point2::new(x, y),
+            Point2::new(x, y),
+            0.7,
+            pickline::kinematics::Arm::constant(1.0),
+        )
+        .with_dwell(grasp_time, 0.0)
     };
     let belt = Belt {
         speed: 0.1,

@@ -8,3 +8,4 @@ mod brute_force;
 #[path = "../common/mod.rs"]
 mod common;
 mod lookahead;
+mod real_lines;

@@ -82,11 +82,9 @@ fn cases(robots: usize, items: usize) -> impl Strategy<Value = (Station, Pattern
 }
 
 fn bounds(scene: &Scene, objective: BoundObjective) -> f64 {
-    let options = BoundOptions {
-        objective,
-        iterations: 60,
-        ..BoundOptions::default()
-    };
+    let options = BoundOptions::default()
+        .with_objective(objective)
+        .with_iterations(60);
     upper_bound(scene, &options, &mut |_, _| true)
         .unwrap()
         .value

@@ -75,7 +75,8 @@ fn picks_by_robot_agree_in_both_engines() {
     let mut robots = station.robots().to_vec();
     for (i, robot) in robots.iter_mut().enumerate() {
         robot.base.x = 1.3 + 0.4 * i as f64;
-        robot.bin.x = robot.base.x;
+        robot.bins[0].at.x = robot.base.x;
+        robot.rest.x = robot.base.x;
     }
     let close = Station::new(*station.belt(), robots).unwrap();
     assert!(!picks_agree(&close, &pattern), "windows overlap here");

@@ -11,14 +11,15 @@ use pickline::station::{Belt, Robot, Station};
 
 /// Two robots that face each other over the belt; `bins` are where their bins are across.
 fn facing(bins: [f64; 2], gap: f64) -> Station {
-    let robot = |name: &str, x: f64, y: f64, bin: f64| Robot {
-        name: name.into(),
-        base: Point2::new(x, y),
-        bin: Point2::new(x, bin),
-        reach: 0.9,
-        speed: 1.5,
-        grasp_time: 0.2,
-        release_time: 0.1,
+    let robot = |name: &str, x: f64, y: f64, bin: f64| {
+        Robot::new(
+            name,
+            Point2::new(x, y),
+            Point2::new(x, bin),
+            0.9,
+            pickline::kinematics::Arm::constant(1.5),
+        )
+        .with_dwell(0.2, 0.1)
     };
     let belt = Belt {
         speed: 0.1,
@@ -39,16 +40,16 @@ fn tool(station: &Station, outcome: &Outcome, robot: usize, time: f64) -> Point2
     let trips = outcome.picks.iter().chain(failed);
     let under_way = |p: &&Pick| p.robot == robot && p.decide <= time && time < p.release;
     let Some(trip) = trips.into_iter().find(under_way) else {
-        return of.bin;
+        return of.rest;
     };
-    let way = trip.meet - of.bin;
+    let way = trip.meet - of.rest;
     let speed = way.norm() / (trip.grasp - trip.decide);
     let share = if time < trip.grasp {
         (time - trip.decide) / (trip.grasp - trip.decide)
     } else {
         1.0 - ((time - trip.grasp - of.grasp_time) * speed / way.norm()).clamp(0.0, 1.0)
     };
-    of.bin + way * share
+    of.rest + way * share
 }
 
 /// The distance of two segments by trying many points of both.
@@ -124,7 +125,9 @@ fn the_closest_two_of_several_robots_are_found() {
     let moved = |place: usize, name: &str, by: f64| {
         let mut robot = two.robots()[place].clone();
         robot.name = name.into();
-        (robot.base.x, robot.bin.x) = (robot.base.x + by, robot.bin.x + by);
+        robot.base.x += by;
+        robot.bins[0].at.x += by;
+        robot.rest.x += by;
         robot
     };
     // Two that never come near anybody, then two pairs, one of which stands closer.
@@ -175,14 +178,15 @@ fn the_closest_two_of_several_robots_are_found() {
 #[test]
 fn the_closest_moment_of_two_trips_is_found() {
     // Bases 4 m apart; each tool point goes 1 m towards the other base at 1 m/s.
-    let robot = |name: &str, x: f64| Robot {
-        name: name.into(),
-        base: Point2::new(x, 0.0),
-        bin: Point2::new(x, 0.0),
-        reach: 1.5,
-        speed: 1.0,
-        grasp_time: 0.5,
-        release_time: 0.25,
+    let robot = |name: &str, x: f64| {
+        Robot::new(
+            name,
+            Point2::new(x, 0.0),
+            Point2::new(x, 0.0),
+            1.5,
+            pickline::kinematics::Arm::constant(1.0),
+        )
+        .with_dwell(0.5, 0.25)
     };
     let belt = Belt {
         speed: 0.5,

@@ -40,7 +40,9 @@ pub fn by_the_book(
         .collect();
     let window = |r: &Robot, (x0, y): (f64, f64)| -> Option<(f64, f64)> {
         let departure = |x: f64| {
-            (x - x0) / v - ((x - r.bin.x).powi(2) + (y - r.bin.y).powi(2)).sqrt() / r.speed
+            (x - x0) / v
+                - ((x - r.bins[0].at.x).powi(2) + (y - r.bins[0].at.y).powi(2)).sqrt()
+                    / r.arm.constant_speed().unwrap()
         };
         let half2 = r.reach.powi(2) - (y - r.base.y).powi(2);
         if half2 < 0.0 {
@@ -140,11 +142,11 @@ pub fn by_the_book(
         can.iter().for_each(|&j| offered[j] = true);
         let r = &station.robots()[i];
         let travel = |(x0, y): (f64, f64)| {
-            let (dx, dy) = (x0 + v * t - r.bin.x, y - r.bin.y);
-            let k = r.speed * r.speed - v * v;
+            let (dx, dy) = (x0 + v * t - r.bins[0].at.x, y - r.bins[0].at.y);
+            let k = r.arm.constant_speed().unwrap() * r.arm.constant_speed().unwrap() - v * v;
             (v * dx + ((v * dx) * (v * dx) + k * (dx * dx + dy * dy)).sqrt()) / k
         };
-        let processing = |at| 2.0 * travel(at) + r.grasp_time + r.release_time;
+        let processing = |at| 2.0 * travel(at) + r.grasp_time + r.bins[0].release_time;
         let distance = |(x0, y): (f64, f64)| {
             let (dx, dy) = (x0 + v * t - r.base.x, y - r.base.y);
             (dx * dx + dy * dy).sqrt()

@@ -21,7 +21,8 @@ fn by_the_book(
     let belt = station.belt();
     let departure = |r: &Robot, x: f64, item: &Item| {
         (x - item.x0) / belt.speed
-            - ((x - r.bin.x).powi(2) + (item.y - r.bin.y).powi(2)).sqrt() / r.speed
+            - ((x - r.bins[0].at.x).powi(2) + (item.y - r.bins[0].at.y).powi(2)).sqrt()
+                / r.arm.constant_speed().unwrap()
     };
     let window = |r: &Robot, item: &Item| -> Option<(f64, f64)> {
         let half2 = r.reach.powi(2) - (item.y - r.base.y).powi(2);
@@ -87,12 +88,12 @@ fn by_the_book(
             return picks;
         };
         let r = &station.robots()[i];
-        let (v, u) = (belt.speed, r.speed);
+        let (v, u) = (belt.speed, r.arm.constant_speed().unwrap());
         let processing = |item: &Item| {
-            let (dx, dy) = (item.x0 + v * t - r.bin.x, item.y - r.bin.y);
+            let (dx, dy) = (item.x0 + v * t - r.bins[0].at.x, item.y - r.bins[0].at.y);
             let k = u * u - v * v;
             let tau = (v * dx + ((v * dx) * (v * dx) + k * (dx * dx + dy * dy)).sqrt()) / k;
-            2.0 * tau + r.grasp_time + r.release_time
+            2.0 * tau + r.grasp_time + r.bins[0].release_time
         };
         let distance = |item: &Item| {
             let (dx, dy) = (item.x0 + v * t - r.base.x, item.y - r.base.y);
@@ -233,7 +234,8 @@ fn the_cascade_is_used_on_the_built_in_stations_and_refused_on_overlaps() {
     let station = built_in("paper").unwrap().station(None).unwrap();
     let mut robots = station.robots().to_vec();
     robots[1].base.x -= 1.2;
-    robots[1].bin.x -= 1.2;
+    robots[1].bins[0].at.x -= 1.2;
+    robots[1].rest.x -= 1.2;
     let station = Station::new(*station.belt(), robots).unwrap();
     let pattern = grid(1.05, 0.15, 150).unwrap();
     let scene = Scene::new(&station, &pattern).unwrap();
@@ -247,7 +249,8 @@ fn the_tree_gives_every_assignment_the_figures_of_its_own_run() {
         let station = built_in("paper").unwrap().station(Some(3)).unwrap();
         let mut robots = station.robots().to_vec();
         robots[1].base.x -= 1.2;
-        robots[1].bin.x -= 1.2;
+        robots[1].bins[0].at.x -= 1.2;
+        robots[1].rest.x -= 1.2;
         Station::new(*station.belt(), robots).unwrap()
     };
     for station in [

@@ -12,14 +12,15 @@ use pickline::station::{Belt, Robot, Station};
 /// Robots `r1`, `r2`, ... with base and bin in the middle of the belt at these x [m]. They meet
 /// items from 0.75 m before their bins on, for which they leave when the items are 1 m before.
 pub fn line(robots: &[f64], length: f64) -> Station {
-    let robots = robots.iter().enumerate().map(|(i, &x)| Robot {
-        name: format!("r{}", i + 1),
-        base: Point2::new(x, 0.0),
-        bin: Point2::new(x, 0.0),
-        reach: 0.75,
-        speed: 0.75,
-        grasp_time: 0.5,
-        release_time: 0.25,
+    let robots = robots.iter().enumerate().map(|(i, &x)| {
+        Robot::new(
+            format!("r{}", i + 1),
+            Point2::new(x, 0.0),
+            Point2::new(x, 0.0),
+            0.75,
+            pickline::kinematics::Arm::constant(0.75),
+        )
+        .with_dwell(0.5, 0.25)
     });
     let belt = Belt {
         speed: 0.25,

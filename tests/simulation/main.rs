@@ -10,6 +10,8 @@ mod engines;
 mod events;
 mod failures;
 mod flow;
+mod queueing;
+mod real_lines;
 mod rules;
 mod run;
 mod scenes;

@@ -10,14 +10,15 @@ use pickline::station::{Belt, Robot, Station};
 
 /// Base and bin stand apart, so that distance and processing time rank differently.
 fn station() -> Station {
-    let robot = |name: &str| Robot {
-        name: name.into(),
-        base: Point2::new(2.0, -1.0),
-        bin: Point2::new(3.0, 0.0),
-        reach: 2.0,
-        speed: 0.75,
-        grasp_time: 0.5,
-        release_time: 0.25,
+    let robot = |name: &str| {
+        Robot::new(
+            name,
+            Point2::new(2.0, -1.0),
+            Point2::new(3.0, 0.0),
+            2.0,
+            pickline::kinematics::Arm::constant(0.75),
+        )
+        .with_dwell(0.5, 0.25)
     };
     let belt = Belt {
         speed: 0.25,
@@ -42,7 +43,7 @@ fn candidate(item: u32, x0: f64, y: f64, weight: f64) -> Candidate {
 #[test]
 fn every_rule_takes_the_candidate_with_its_smallest_key() {
     let station = station();
-    let at = Moment::new(&station, 0, 8.0);
+    let at = Moment::new(&station, 0, 0, 8.0);
     let candidates = [
         candidate(0, 1.5, 0.0, 0.4), // 0.5 m past the bin: 1 s away, 1.5^2 + 1 off base
         candidate(1, 0.0, 0.0, 0.3), // 1 m before the bin: 1 s away, 0 + 1
@@ -77,7 +78,7 @@ fn every_rule_takes_the_candidate_with_its_smallest_key() {
 #[test]
 fn ties_go_downstream_and_then_to_the_lower_index() {
     let station = station();
-    let at = Moment::new(&station, 0, 8.0);
+    let at = Moment::new(&station, 0, 0, 8.0);
     let tied = [
         candidate(7, 0.0, 0.25, 0.5),
         candidate(4, 0.0, -0.25, 0.5),

@@ -11,10 +11,10 @@ fn bases_that_reach_no_belt_are_warned_of() {
         let base = Point2::new(x, y);
         let lone = Robot {
             base,
-            bin: base,
             reach,
             ..robot("a", x)
-        };
+        }
+        .with_only_bin(base);
         let warnings = Station::new(BELT, vec![lone]).unwrap().warnings("s");
         let of_base = |text: &String| text.contains("robot `a`, base");
         warnings.iter().map(|w| w.to_string()).find(of_base)
@@ -72,10 +72,10 @@ fn bases_that_reach_no_belt_are_warned_of() {
 fn bins_out_of_reach_are_warned_of() {
     let warned = |bin: (f64, f64)| {
         let with_bin = Robot {
-            bin: Point2::new(bin.0, bin.1),
             reach: 0.5,
             ..robot("a", 1.0)
-        };
+        }
+        .with_only_bin(Point2::new(bin.0, bin.1));
         let warnings = Station::new(BELT, vec![with_bin]).unwrap().warnings("s");
         let of_bin = |text: &String| text.contains("robot `a`, bin");
         warnings.iter().map(|w| w.to_string()).find(of_bin)

@@ -11,15 +11,14 @@ pub const BELT: Belt = Belt {
 };
 
 pub fn robot(name: &str, x: f64) -> Robot {
-    Robot {
-        name: name.into(),
-        base: Point2::new(x, -0.6),
-        bin: Point2::new(x, -0.5),
-        reach: 0.8,
-        speed: 0.5,
-        grasp_time: 0.1,
-        release_time: 0.2,
-    }
+    Robot::new(
+        name,
+        Point2::new(x, -0.6),
+        Point2::new(x, -0.5),
+        0.8,
+        pickline::kinematics::Arm::constant(0.5),
+    )
+    .with_dwell(0.1, 0.2)
 }
 
 fn assert_blamed(made: Result<Station>, words: &[&str], case: &str) {
@@ -69,14 +68,14 @@ fn every_value_of_a_station_is_held_to_its_limits() {
         ),
         (
             "robot[1].bin",
-            |_, r, v| r.bin.x = v,
+            |_, r, v| r.bins[0].at.x = v,
             [-1e6, 1e6],
             [-1.1e6, 1.1e6],
             place,
         ),
         (
             "robot[1].bin",
-            |_, r, v| r.bin.y = v,
+            |_, r, v| r.bins[0].at.y = v,
             [-1e6, 1e6],
             [-1.1e6, 1.1e6],
             place,
@@ -90,7 +89,7 @@ fn every_value_of_a_station_is_held_to_its_limits() {
         ),
         (
             "robot[1].speed",
-            |_, r, v| r.speed = v,
+            |_, r, v| r.arm = Arm::constant(v),
             [0.06, 1e6],
             [0.9e-6, 1.1e6],
             size,
@@ -104,7 +103,7 @@ fn every_value_of_a_station_is_held_to_its_limits() {
         ),
         (
             "robot[1].release_time",
-            |_, r, v| r.release_time = v,
+            |_, r, v| r.bins[0].release_time = v,
             [0.0, 1e6],
             [-1e-9, 1.1e6],
             time,
@@ -208,7 +207,7 @@ fn spacing_counts_from_the_first_robot() {
     let places: Vec<_> = spaced
         .robots()
         .iter()
-        .map(|r| (r.base.x, r.bin.x))
+        .map(|r| (r.base.x, r.bins[0].at.x))
         .collect();
     assert_eq!(places, [(0.5, 0.5), (1.25, 1.25), (2.0, 2.0)]);
     let across: Vec<_> = spaced
@@ -244,10 +243,19 @@ fn a_line_is_placed_as_it_says() {
         .into_iter()
         .map(|r| {
             assert_eq!(
-                (r.reach, r.speed, r.grasp_time, r.release_time),
+                (
+                    r.reach,
+                    r.arm.constant_speed().unwrap(),
+                    r.grasp_time,
+                    r.bins[0].release_time,
+                ),
                 (0.5, 2.0, 0.1, 0.2)
             );
-            (r.name, (r.base.x, r.base.y), (r.bin.x, r.bin.y))
+            (
+                r.name,
+                (r.base.x, r.base.y),
+                (r.bins[0].at.x, r.bins[0].at.y),
+            )
         })
         .collect();
     let expected = [
@@ -264,11 +272,11 @@ fn windows_are_reckoned_from_the_start_of_the_run() {
     // 1 m/s towards the item, 0.5 m/s behind it: see the events.
     let even = Robot {
         base: Point2::new(1.0, 0.0),
-        bin: Point2::new(1.0, 0.0),
         reach: 0.75,
-        speed: 0.75,
+        arm: pickline::kinematics::Arm::constant(0.75),
         ..robot("a", 1.0)
-    };
+    }
+    .with_only_bin(Point2::new(1.0, 0.0));
     let belt = Belt {
         speed: 0.25,
         ..BELT
@@ -280,6 +288,6 @@ fn windows_are_reckoned_from_the_start_of_the_run() {
         (1.5, Some((0.0, 0.0))),
         (1.625, None),
     ] {
-        assert_eq!(even.departure_window(&belt, x0, 0.0), window, "{x0}");
+        assert_eq!(even.departure_window(&belt, 0, x0, 0.0), window, "{x0}");
     }
 }

@@ -11,7 +11,7 @@ use pickline::kinematics;
 use pickline::pattern::{Pattern, poisson_disk, random_stream};
 use pickline::sim::Conditions;
 use pickline::station::{
-    Overrides, Robot, Station, commented_example, edited, station_hash, to_toml,
+    Bin, Overrides, Robot, Station, commented_example, edited, station_hash, to_toml,
 };
 use pickline_report::{Table, arms_apart, fixed, station_picture, with_origin};
 use std::path::Path;
@@ -125,7 +125,6 @@ fn check(file: String, strict: bool, session: &Session) -> Result<()> {
             table.row([robot.name.clone(), none(), fixed(0.0, 0), none()]);
             continue;
         };
-        let pick = |way: f64| 2.0 * way / robot.speed + robot.grasp_time + robot.release_time;
         let span = |[low, high]: [f64; 2], digits| {
             format!("{} to {}", fixed(low, digits), fixed(high, digits))
         };
@@ -133,7 +132,7 @@ fn check(file: String, strict: bool, session: &Session) -> Result<()> {
             robot.name.clone(),
             span(reach.x, 3),
             fixed(100.0 * reach.strip, 0),
-            span(reach.way.map(pick), 2),
+            span(reach.pick, 2),
         ]);
     }
     let warnings = warnings.iter().map(|text| format!("warning   {text}\n"));
@@ -159,8 +158,8 @@ struct Reach {
     x: [f64; 2],
     /// Share of the belt's width.
     strip: f64,
-    /// Shortest and longest distance from the bin to a meeting point [m].
-    way: [f64; 2],
+    /// Shortest and longest time for a pick [s].
+    pick: [f64; 2],
 }
 
 impl Reach {
@@ -169,24 +168,47 @@ impl Reach {
         const ROWS: u32 = 1000;
         let belt = station.belt();
         let mut met = 0;
-        let (mut x, mut way) = ([f64::INFINITY, 0.0], [f64::INFINITY, 0.0]);
+        let (mut x, mut pick) = ([f64::INFINITY, 0.0], [f64::INFINITY, 0.0]);
         for row in 0..=ROWS {
             let y = belt.width * (f64::from(row) / f64::from(ROWS) - 0.5);
             let base = robot.base;
             let range = kinematics::meeting_range(base.x, base.y, robot.reach, y, belt.length);
             let Some((first, last)) = range else { continue };
             met += 1;
-            let to = |x: f64| kinematics::distance(x - robot.bin.x, y - robot.bin.y);
-            // The nearest point is opposite the bin, the farthest is one of the two ends.
-            let near = to(robot.bin.x.clamp(first, last));
             x = [x[0].min(first), x[1].max(last)];
-            way = [way[0].min(near), way[1].max(to(first)).max(to(last))];
+            for place in 0..robot.places() {
+                let from = robot.place(place);
+                for bin in &robot.bins {
+                    // The quickest pick is opposite the place or the bin, or half-way if it takes
+                    // the arm past both; the longest is at one of the two ends.
+                    let half = f64::midpoint(from.x, bin.at.x);
+                    let nearest = [from.x, bin.at.x, half].map(|x| x.clamp(first, last));
+                    for meet in nearest.into_iter().chain([first, last]) {
+                        let time = pick_time(robot, place, bin, (meet, y));
+                        pick = [pick[0].min(time), pick[1].max(time)];
+                    }
+                }
+            }
         }
         (met > 0).then(|| Self {
             x,
             strip: f64::from(met) / f64::from(ROWS + 1),
-            way,
+            pick,
         })
+    }
+}
+
+/// Time [s] for a pick by `robot` from its place `place` over the point (`x`, `y`) [m] to `bin`.
+fn pick_time(robot: &Robot, place: usize, bin: &Bin, (x, y): (f64, f64)) -> f64 {
+    let from = robot.place(place);
+    let out = kinematics::distance(x - from.x, y - from.y);
+    let back = kinematics::distance(x - bin.at.x, y - bin.at.y);
+    match robot.arm.constant_speed() {
+        Some(speed) if from == bin.at => 2.0 * out / speed + robot.grasp_time + bin.release_time,
+        _ => {
+            let travel = robot.arm.time(out) + robot.arm.time(back);
+            travel + robot.grasp_time + bin.release_time
+        }
     }
 }
 

@@ -3,8 +3,8 @@
 use super::lifecycle::Stage;
 use nalgebra::Point2;
 use pickline::decision::{Candidate, Moment};
-use pickline::kinematics::{distance, meeting_range, travel_time};
-use pickline::station::{Belt, Robot};
+use pickline::kinematics::{Encounter, distance, meeting_range};
+use pickline::station::{Belt, ClassId, Robot};
 use serde::{Deserialize, Serialize};
 
 /// Longest interval between two cancels of a task [s].
@@ -63,6 +63,12 @@ pub(crate) struct Claim {
     pub robot: usize,
     /// Number of the item.
     pub item: u32,
+    /// Where the arm is when it leaves, an index for [`Robot::place`].
+    #[serde(default, skip_serializing_if = "is_first")]
+    pub from: u16,
+    /// Index of the robot's bin that the item goes into.
+    #[serde(default, skip_serializing_if = "is_first")]
+    pub bin: u16,
     /// When the task was decided.
     pub decided: f64,
     /// When the robot leaves its bin.
@@ -94,15 +100,28 @@ pub(crate) struct Claim {
     pub deadline: f64,
 }
 
+/// Whether a place is the first one, the only one of most robots.
+fn is_first(place: &u16) -> bool {
+    *place == 0
+}
+
 impl Claim {
-    /// The claim of a robot that leaves its bin at `moment.time` for `candidate`.
-    pub(crate) fn new(task: u64, index: usize, moment: &Moment, candidate: &Candidate) -> Self {
+    /// The claim of robot `index`, whose arm is at its place `from` and leaves at `moment.time` for
+    /// `candidate`.
+    pub(crate) fn new(
+        task: u64,
+        (index, from): (usize, u16),
+        moment: &Moment,
+        candidate: &Candidate,
+    ) -> Self {
         let travel = moment.travel_time(candidate);
         let time = moment.time;
         Self {
             task,
             robot: index,
             item: candidate.item,
+            from,
+            bin: candidate.bin,
             decided: time,
             start: time,
             window: (candidate.open, candidate.close),
@@ -111,7 +130,7 @@ impl Claim {
                 moment.x(candidate) + moment.belt_speed * travel,
                 candidate.y,
             ),
-            free_at: time + moment.processing_time(candidate),
+            free_at: time + moment.pick_time(candidate, travel),
             stage: Stage::Sent,
             acknowledged: None,
             reason: None,
@@ -133,11 +152,14 @@ impl Claim {
         (now, latest): (f64, f64),
         (x0, y): (f64, f64),
     ) -> bool {
-        let Some((open, close)) = robot.departure_window(belt, x0, y) else {
+        let window = robot.departure_window(belt, usize::from(self.from), x0, y);
+        let Some((open, close)) = window else {
             return false;
         };
         let candidate = Candidate {
             item: self.item,
+            bin: self.bin,
+            class: ClassId::OTHER,
             x0,
             y,
             weight: 0.0,
@@ -146,10 +168,12 @@ impl Claim {
         };
         let moment = Moment {
             robot,
+            from: robot.place(usize::from(self.from)),
             belt_speed: belt.speed,
+            belt_length: belt.length,
             time: now.max(open),
         };
-        let fresh = Self::new(self.task, self.robot, &moment, &candidate);
+        let fresh = Self::new(self.task, (self.robot, self.from), &moment, &candidate);
         let possible = now <= close && open <= latest;
         if possible {
             *self = Self {
@@ -178,26 +202,42 @@ impl Claim {
         now: f64,
         (x0, y): (f64, f64),
     ) -> bool {
-        let way = self.meet - robot.bin;
+        let from = robot.place(usize::from(self.from));
+        let way = self.meet - from;
         let whole = self.meet_at - self.start;
         let gone = if whole > 0.0 {
             ((now - self.start) / whole).clamp(0.0, 1.0)
         } else {
             1.0
         };
-        let arm = robot.bin + way * gone;
+        let gone = match robot.arm.constant_speed() {
+            Some(_) => gone,
+            None => robot.arm.progress(way.norm(), gone * whole, whole),
+        };
+        let arm = from + way * gone;
         let leaves = now.max(self.start);
         let x = x0 + belt.speed * leaves;
-        let travel = travel_time(x - arm.x, y - arm.y, belt.speed, robot.speed);
+        // From there it moves as if it began at rest.
+        let travel = robot.arm.travel_time(&Encounter {
+            dx: x - arm.x,
+            dy: y - arm.y,
+            belt_speed: belt.speed,
+            upstream: -x,
+            downstream: belt.length - x,
+        });
         let meet = Point2::new(x + belt.speed * travel, y);
         let range = meeting_range(robot.base.x, robot.base.y, robot.reach, y, belt.length);
         let possible = range.is_some_and(|(low, high)| (low..=high).contains(&meet.x));
         if possible {
             self.meet = meet;
             self.meet_at = leaves + travel;
-            let back = distance(meet.x - robot.bin.x, meet.y - robot.bin.y) / robot.speed;
-            self.free_at = self.meet_at + robot.grasp_time + back + robot.release_time;
-            self.window = robot.departure_window(belt, x0, y).unwrap_or(self.window);
+            let bin = &robot.bins[usize::from(self.bin)];
+            let back = robot
+                .arm
+                .time(distance(meet.x - bin.at.x, meet.y - bin.at.y));
+            self.free_at = self.meet_at + robot.grasp_time + back + bin.release_time;
+            let window = robot.departure_window(belt, usize::from(self.from), x0, y);
+            self.window = window.unwrap_or(self.window);
             self.revision += 1;
         }
         possible

@@ -24,6 +24,8 @@ pub(crate) struct Decider {
     pub view: Vec<BeltItem>,
     /// When each robot can set out next [s].
     pub free_at: Vec<f64>,
+    /// Buffer: where each robot's arm is then.
+    pub places: Vec<u16>,
 }
 
 impl Decider {
@@ -39,6 +41,7 @@ impl Decider {
             candidates: Vec::new(),
             view: Vec::new(),
             free_at: Vec::new(),
+            places: Vec::new(),
         }
     }
 
@@ -65,6 +68,7 @@ impl Decider {
             robot,
             candidates: &self.candidates,
             free_at: &self.free_at,
+            places: &self.places,
             in_view: &self.view,
         };
         let began = self.stopwatch.as_mut().map(|read| read());

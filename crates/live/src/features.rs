@@ -2,6 +2,7 @@
 
 use super::protocol::Detection;
 use pickline::pattern::Item;
+use pickline::station::Station;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
@@ -87,14 +88,23 @@ impl Features {
 
     /// The object-specific reward that follows from the features.
     pub(crate) fn reward(&self) -> f64 {
-        let item = Item {
+        self.item().reward()
+    }
+
+    /// The weight on `station`, where its class may be worth more.
+    pub(crate) fn weight_on(&self, station: &Station) -> f64 {
+        self.item().weight_on(station)
+    }
+
+    fn item(&self) -> Item {
+        Item {
             area_cm2: self.area_cm2,
             p_detection: self.p_detection,
             p_grasp: self.p_grasp,
             weight: self.weight,
+            class: self.class.clone(),
             ..Item::default()
-        };
-        item.reward()
+        }
     }
 }
 

@@ -7,7 +7,7 @@
 use super::protocol::{Rejection, Status, Task};
 use pickline::error::{Error, Result, shown};
 use pickline::files::fingerprint;
-use pickline::station::{Station, to_toml};
+use pickline::station::{Bin, Station, to_toml};
 
 /// Bins further apart than this are different bins [m].
 const SAME_PLACE: f64 = 1e-3;
@@ -56,17 +56,20 @@ pub fn check_task(station: &Station, task: &Task) -> Result<()> {
             shown(&task.robot)
         )));
     };
-    let away = (robot.bin.x - task.bin.x).hypot(robot.bin.y - task.bin.y);
-    if away <= SAME_PLACE {
+    let away = |bin: &Bin| (bin.at.x - task.bin.x).hypot(bin.at.y - task.bin.y);
+    if robot.bins.iter().any(|bin| away(bin) <= SAME_PLACE) {
         return Ok(());
     }
+    let own = robot.bins.iter();
+    let own: Vec<String> = own
+        .map(|bin| format!("({}, {})", bin.at.x, bin.at.y))
+        .collect();
     Err(another(&format!(
-        "the node has the bin of `{}` at ({}, {}) m, this station has it at ({}, {}) m",
+        "the node has the bin of `{}` at ({}, {}) m, this station has it at {} m",
         shown(&robot.name),
         task.bin.x,
         task.bin.y,
-        robot.bin.x,
-        robot.bin.y
+        own.join(" or ")
     )))
 }
 

@@ -1,6 +1,7 @@
 //! The state of each robot.
 
 use super::protocol::{RobotCounts, Verdict};
+use pickline::station::Robot;
 use serde::{Deserialize, Serialize};
 
 /// Number of tasks in a row that a robot drops before it gets a rest.
@@ -48,6 +49,10 @@ pub(crate) struct RobotInfo {
     pub free_at: f64,
     /// Why it does not decide earlier.
     pub wait: Wait,
+    /// Where its arm is then, an index for [`Robot::place`]; none while it is where it rests, which
+    /// a robot with only one place always is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub place: Option<u16>,
     /// The number of its open task.
     pub task: Option<u64>,
     /// Number of items that it has picked.
@@ -77,6 +82,7 @@ impl Default for RobotInfo {
             service: Service::Unknown,
             free_at: f64::INFINITY,
             wait: Wait::No,
+            place: None,
             task: None,
             picked: 0,
             failed: 0,
@@ -92,6 +98,12 @@ impl Default for RobotInfo {
 }
 
 impl RobotInfo {
+    /// Where the arm of `robot`, which this is the state of, is when it is free.
+    pub(crate) fn place_of(&self, robot: &Robot) -> u16 {
+        // A robot has at most 100 bins and its rest.
+        self.place.unwrap_or(robot.start() as u16)
+    }
+
     /// Whether it can get a task, now or at a known time.
     pub(crate) fn is_ready(&self) -> bool {
         self.service == Service::Ready && (self.task.is_none() || self.idle_said)

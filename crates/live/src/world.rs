@@ -155,11 +155,16 @@ impl World {
         }
         let mut windowed = tracked.windowed;
         let x0 = tracked.place + self.motion.planned_offset();
+        let class = station.class_id(tracked.features.class.as_deref());
         for (index, robot) in station.robots().iter().enumerate() {
-            if tracked.refused & (1 << index) != 0 {
+            if tracked.refused & (1 << index) != 0 || !station.takes(class) {
                 continue;
             }
-            let window = robot.departure_window(station.belt(), x0, tracked.y);
+            let Some(bin) = station.bin_for(index, class) else {
+                continue;
+            };
+            let place = usize::from(fleet.get(index).place_of(robot));
+            let window = robot.departure_window(station.belt(), place, x0, tracked.y);
             let Some((open, close)) = window.filter(|(_, close)| *close >= now) else {
                 continue;
             };
@@ -173,6 +178,8 @@ impl World {
             }
             self.windows[index].add(Candidate {
                 item,
+                bin,
+                class,
                 x0,
                 y: tracked.y,
                 weight: tracked.weight,
@@ -185,6 +192,15 @@ impl World {
             && let Some(tracked) = self.items.get_mut(item)
         {
             tracked.windowed = true;
+        }
+    }
+
+    /// Computes the windows of `robot` again, because its arm will be somewhere else.
+    pub(crate) fn reopen_windows(&mut self, robot: usize, now: f64, fleet: &mut Fleet) {
+        self.windows[robot].clear();
+        let items: Vec<u32> = self.items.iter().map(|(item, _)| item).collect();
+        for item in items {
+            self.open_windows(item, now, fleet);
         }
     }
 
@@ -225,13 +241,16 @@ impl World {
         for (item, tracked) in self.items.within(low - 1e-6, high + 1e-6) {
             let x0 = tracked.place + offset;
             let x = x0 + belt.speed * now;
-            if tracked.is_admitted() && (from..=belt.length).contains(&x) {
+            let class = station.class_id(tracked.features.class.as_deref());
+            let is_offered = tracked.is_admitted() && station.takes(class);
+            if is_offered && (from..=belt.length).contains(&x) {
                 into.push(BeltItem {
                     item,
                     x0,
                     x,
                     y: tracked.y,
                     weight: tracked.weight,
+                    class,
                 });
             }
         }
@@ -246,6 +265,7 @@ impl World {
         fleet: &mut Fleet,
     ) -> u32 {
         let item = self.items.add(sight);
+        self.weigh(item);
         if barred && let Some(tracked) = self.items.get_mut(item) {
             tracked.barred = true;
         }
@@ -307,10 +327,22 @@ impl World {
         let Some(tracked) = self.items.get_mut(item) else {
             return (news, false);
         };
+        let class = tracked.features.class.clone();
         tracked.features.take(sight.features.clone(), is_newer);
-        let weight = tracked.features.reward();
-        let weighs = std::mem::replace(&mut tracked.weight, weight) != weight;
-        (news, weighs)
+        let another_class = class != tracked.features.class;
+        let weighs = self.weigh(item);
+        // The class may decide which robots can take it, and into which bin.
+        (news, weighs || (another_class && !self.nominal.is_plain()))
+    }
+
+    /// Computes the weight of an item from its features and its class; returns whether it has
+    /// changed.
+    fn weigh(&mut self, item: u32) -> bool {
+        let Some(tracked) = self.items.get_mut(item) else {
+            return false;
+        };
+        let weight = tracked.features.weight_on(&self.nominal);
+        std::mem::replace(&mut tracked.weight, weight) != weight
     }
 
     /// Notes that a picture has shown an item beside others.

@@ -46,10 +46,10 @@ pub fn robots_data(station: &Station) -> Vec<RobotData<'_>> {
         .map(|(robot, colour)| RobotData {
             name: &robot.name,
             base: [robot.base.x, robot.base.y],
-            bin: [robot.bin.x, robot.bin.y],
+            bin: [robot.rest.x, robot.rest.y],
             reach: robot.reach,
             grasp_time: robot.grasp_time,
-            release_time: robot.release_time,
+            release_time: robot.bins[0].release_time,
             colour,
         })
         .collect()

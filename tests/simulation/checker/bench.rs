@@ -29,15 +29,14 @@ pub const BELT: Belt = Belt {
 
 /// A robot at the middle of [`BELT`], at y = -0.6 m.
 pub fn front() -> Robot {
-    Robot {
-        name: "front".into(),
-        base: Point2::new(1.5, -0.6),
-        bin: Point2::new(1.5, -0.5),
-        reach: 0.9,
-        speed: 0.9,
-        grasp_time: 0.2,
-        release_time: 0.1,
-    }
+    Robot::new(
+        "front",
+        Point2::new(1.5, -0.6),
+        Point2::new(1.5, -0.5),
+        0.9,
+        pickline::kinematics::Arm::constant(0.9),
+    )
+    .with_dwell(0.2, 0.1)
 }
 
 /// The robot on the other side.
@@ -45,9 +44,9 @@ pub fn back() -> Robot {
     Robot {
         name: "back".into(),
         base: Point2::new(1.5, 0.6),
-        bin: Point2::new(1.5, 0.5),
         ..front()
     }
+    .with_only_bin(Point2::new(1.5, 0.5))
 }
 
 pub fn item(index: usize, x0: f64, y: f64) -> Item {
@@ -124,13 +123,14 @@ impl Bench {
     /// A way to `meet` that the robot reaches at `grasp` [s].
     pub fn trip(&self, robot: usize, item: u32, meet: Point2<f64>, grasp: f64) -> Pick {
         let of = &self.station.robots()[robot];
-        let out = (meet - of.bin).norm() / of.speed;
+        let out = (meet - of.bins[0].at).norm() / of.arm.constant_speed().unwrap();
         Pick {
             robot,
             item,
+            bin: 0,
             decide: grasp - out,
             grasp,
-            release: grasp + of.grasp_time + out + of.release_time,
+            release: grasp + of.grasp_time + out + of.bins[0].release_time,
             meet,
         }
     }
@@ -146,8 +146,8 @@ impl Bench {
     pub fn leave(&self, robot: usize, item: u32, decide: f64) -> Pick {
         let of = &self.station.robots()[robot];
         let it = &self.pattern.items()[item as usize];
-        let (v, u) = (self.station.belt().speed, of.speed);
-        let (dx, dy) = (it.x0 + v * decide - of.bin.x, it.y - of.bin.y);
+        let (v, u) = (self.station.belt().speed, of.arm.constant_speed().unwrap());
+        let (dx, dy) = (it.x0 + v * decide - of.bins[0].at.x, it.y - of.bins[0].at.y);
         let k = u * u - v * v;
         let tau = (v * dx + (v * v * dx * dx + k * (dx * dx + dy * dy)).sqrt()) / k;
         let meet = Point2::new(it.x0 + v * (decide + tau), it.y);
@@ -169,7 +169,7 @@ impl Bench {
     pub fn vain_way(&self, robot: usize, item: u32, x: f64, to: Point2<f64>) -> Failure {
         let decide = self.pick(robot, item, x).decide;
         let of = &self.station.robots()[robot];
-        let grasp = decide + (to - of.bin).norm() / of.speed;
+        let grasp = decide + (to - of.bins[0].at).norm() / of.arm.constant_speed().unwrap();
         Failure {
             attempt: self.trip(robot, item, to, grasp),
             cause: FailureCause::OutOfReach,
@@ -210,6 +210,7 @@ impl Bench {
             picks: draft.picks,
             failures: draft.failures,
             missed: draft.missed,
+            left: Vec::new(),
         }
     }
 }

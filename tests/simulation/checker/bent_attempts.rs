@@ -126,9 +126,9 @@ fn meeting_points_past_the_reach_are_refuted() {
 fn at_an_end(x: f64) -> Bench {
     let robot = Robot {
         base: Point2::new(x, -0.6),
-        bin: Point2::new(x, -0.5),
         ..front()
-    };
+    }
+    .with_only_bin(Point2::new(x, -0.5));
     Bench::of(BELT, vec![robot], &[(0.0, -0.2), (-0.6, -0.2)])
 }
 
@@ -156,10 +156,10 @@ fn meeting_points_off_the_belt_are_refuted() {
 #[test]
 fn a_decision_before_the_start_is_refuted() {
     let far = Robot {
-        bin: Point2::new(0.5, -1.4),
         base: Point2::new(0.5, -0.6),
         ..front()
-    };
+    }
+    .with_only_bin(Point2::new(0.5, -1.4));
     let bench = Bench::of(BELT, vec![far], &[(0.0, -0.2)]);
     let with = |x: f64| {
         let mut draft = idle(&[]);

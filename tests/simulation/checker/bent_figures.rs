@@ -184,10 +184,7 @@ fn wrong_figures_are_refuted() {
 /// A run ends with what comes last: an item that leaves, a pick, or the return from a failure.
 #[test]
 fn the_end_is_that_of_the_last_event() {
-    let slow = Robot {
-        release_time: 100.0,
-        ..back()
-    };
+    let slow = back().with_dwell(back().grasp_time, 100.0);
     let bench = Bench::of(BELT, vec![front(), slow], &[(0.0, 0.0), (-1.0, 0.0)]);
     let pick = |robot, item| bench.pick(robot, item, 1.5);
     let leaves = idle(&[MissReason::Busy; 2]);

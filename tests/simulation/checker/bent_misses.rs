@@ -124,11 +124,11 @@ impl Place {
     fn bench(&self) -> Bench {
         let robot = Robot {
             base: Point2::new(self.base.0, self.base.1),
-            bin: Point2::new(self.bin.0, self.bin.1),
             reach: self.reach,
-            speed: 0.5,
+            arm: pickline::kinematics::Arm::constant(0.5),
             ..front()
-        };
+        }
+        .with_only_bin(Point2::new(self.bin.0, self.bin.1));
         Bench::of(EVEN, vec![robot], &[self.item])
     }
 }

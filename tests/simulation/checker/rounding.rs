@@ -15,7 +15,12 @@ fn slack(size: f64) -> f64 {
 
 /// What the places of a trip may be off by [m].
 fn tolerance(bench: &Bench, trip: &Pick) -> f64 {
-    let speeds = 1.0 + bench.station.belt().speed + bench.station.robots()[trip.robot].speed;
+    let speeds = 1.0
+        + bench.station.belt().speed
+        + bench.station.robots()[trip.robot]
+            .arm
+            .constant_speed()
+            .unwrap();
     slack(trip.release) * speeds
 }
 
@@ -75,10 +80,12 @@ fn ways_and_meeting_points_may_be_off_by_rounding_alone() {
 /// On a line through the base a distance changes by as much as the place.
 #[test]
 fn the_reach_and_the_belts_ends_may_be_passed_by_rounding_alone() {
-    let robot = |x: f64| Robot {
-        base: Point2::new(x, -0.2),
-        bin: Point2::new(x, -0.5),
-        ..front()
+    let robot = |x: f64| {
+        Robot {
+            base: Point2::new(x, -0.2),
+            ..front()
+        }
+        .with_only_bin(Point2::new(x, -0.5))
     };
     for (name, base, x, sign, words) in [
         ("reach", 1.5, 2.4, 1.0, "beyond its reach"),
@@ -151,10 +158,10 @@ fn places_at_the_very_limit_are_confirmed() {
     // Bin, base and item are at one place when the run begins.
     let robot = Robot {
         base: Point2::new(0.0, 0.0),
-        bin: Point2::new(0.0, 0.0),
-        speed: 2.0,
+        arm: pickline::kinematics::Arm::constant(2.0),
         ..front()
-    };
+    }
+    .with_only_bin(Point2::new(0.0, 0.0));
     let bench = Bench::of(BELT, vec![robot], &[(0.0, 0.0)]);
     let at_once = bench.pick(0, 0, 0.0);
     assert_eq!((at_once.decide, at_once.grasp), (0.0, 0.0));

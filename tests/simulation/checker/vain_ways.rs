@@ -75,9 +75,9 @@ impl Way {
     fn of(name: &'static str, x: f64, meets: f64, in_vain: bool) -> Self {
         let robot = Robot {
             base: Point2::new(x, -0.6),
-            bin: Point2::new(x, -0.5),
             ..front()
-        };
+        }
+        .with_only_bin(Point2::new(x, -0.5));
         Self {
             name,
             robot,
@@ -89,7 +89,7 @@ impl Way {
     }
 
     fn bin(mut self, x: f64, y: f64) -> Self {
-        self.robot.bin = Point2::new(x, y);
+        self.robot = self.robot.clone().with_only_bin(Point2::new(x, y));
         self
     }
 }

@@ -48,7 +48,8 @@ impl DescribeArgs {
             choice.load()
         });
         let belt = station.transpose()?.map(|station| *station.belt());
-        let width = belt.map_or(BUILT_INS[0].belt_width, |belt| belt.width);
+        let usual = BUILT_INS[0].station(None)?;
+        let width = belt.map_or(usual.belt().width, |belt| belt.width);
         let (pattern, name) = load_pattern(self.file.as_deref(), width)?;
         let named = self.file.as_deref().unwrap_or(&name);
         let given = self.belt_speed.filter(|_| self.station.is_none());

@@ -43,6 +43,12 @@ impl Controller {
         let decider = &mut self.decider;
         self.world.offer(robot, time, &mut decider.candidates);
         self.fleet.free_at(&mut decider.free_at);
+        let robots = self.world.station().robots();
+        let places = self.fleet.iter().zip(robots);
+        decider.places.clear();
+        decider
+            .places
+            .extend(places.map(|((_, info), robot)| info.place_of(robot)));
         for robot in &self.held {
             decider.free_at[*robot] = f64::INFINITY;
         }
@@ -95,9 +101,11 @@ impl Controller {
             return;
         };
         let now = self.stamps.now();
-        let moment = Moment::new(station, robot, start);
+        let from = self.fleet.get(robot).place_of(&station.robots()[robot]);
+        let moves = station.robots()[robot].places() > 1;
+        let moment = Moment::new(station, robot, usize::from(from), start);
         let task = self.tasks.next_number();
-        let mut claim = Claim::new(task, robot, &moment, &candidate);
+        let mut claim = Claim::new(task, (robot, from), &moment, &candidate);
         claim.decided = now;
         claim.deadline = now + self.config.ack_timeout;
         self.world.claim(candidate.item, task);
@@ -106,7 +114,19 @@ impl Controller {
         info.idle_said = false;
         info.free_at = claim.free_at;
         info.wait = Wait::No;
+        let bin = claim.bin;
         self.send(&claim);
         self.tasks.put(claim);
+        if moves {
+            self.move_arm(robot, bin);
+        }
+    }
+
+    /// The arm of `robot`, which has several places, is at `place` when it is free next: its windows
+    /// from there.
+    pub(super) fn move_arm(&mut self, robot: usize, place: u16) {
+        self.fleet.get_mut(robot).place = Some(place);
+        let now = self.stamps.now();
+        self.world.reopen_windows(robot, now, &mut self.fleet);
     }
 }

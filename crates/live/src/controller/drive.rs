@@ -83,7 +83,13 @@ impl Controller {
             });
             let closes = robots.filter_map(|(index, robot)| {
                 let place = tracked.place + travelled;
-                let (_, close) = robot.departure_window(station.belt(), place, tracked.y)?;
+                let from = match its {
+                    Some(claim) => claim.from,
+                    None => self.fleet.get(index).place_of(robot),
+                };
+                let from = usize::from(from);
+                let window = robot.departure_window(station.belt(), from, place, tracked.y);
+                let (_, close) = window?;
                 // A task is decided one lead time before the robot sets out.
                 let margin = self.config.stop_margin + self.config.lead_of(index);
                 (close >= now).then_some(close - margin)

@@ -54,6 +54,8 @@ impl Controller {
             return self.hear_late_result(time, free, report);
         };
         let (robot, is_asked) = (claim.robot, claim.stage.is_cancelled());
+        // A robot that does not meet its item goes back to where it came from.
+        let back_at = (claim.from != claim.bin).then_some(claim.from);
         let (meet, holds) = (claim.meet, claim.stage.holds_item());
         let speed = self.speed_at_picture(claim.item);
         self.take_aim((robot, meet), speed, report);
@@ -75,6 +77,10 @@ impl Controller {
             Verdict::Rejected => self.note("task_rejected"),
             Verdict::Cancelled => self.note("task_cancelled"),
             Verdict::Picked | Verdict::GraspFail | Verdict::Missed => {}
+        }
+        let turns_back = matches!(report.result, Verdict::Rejected | Verdict::Cancelled);
+        if let Some(place) = back_at.filter(|_| turns_back) {
+            self.move_arm(robot, place);
         }
         self.note_dropping(robot, report.result == Verdict::Cancelled && !is_asked);
         let event = match report.result {

@@ -28,6 +28,7 @@ impl Controller {
     /// Sends the task of `claim` with its present times.
     pub(super) fn send(&mut self, claim: &Claim) {
         let robot = &self.station().robots()[claim.robot];
+        let bin = &robot.bins[usize::from(claim.bin)];
         let tracked = self.world.items().get(claim.item);
         let features = tracked.map(|t| t.features.clone()).unwrap_or_default();
         let stamp = |time: f64| self.stamp_for(claim.robot, time);
@@ -46,9 +47,10 @@ impl Controller {
                 y: claim.meet.y,
             },
             bin: BeltPoint {
-                x: robot.bin.x,
-                y: robot.bin.y,
+                x: bin.at.x,
+                y: bin.at.y,
             },
+            bin_name: (!robot.has_only_bin()).then(|| bin.name.clone()),
             free_at: stamp(claim.free_at),
             priority: tracked.map_or(0.0, |t| t.weight),
             strategy: self.decider.name().to_owned(),

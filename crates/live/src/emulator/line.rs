@@ -44,7 +44,7 @@ impl EmulatedLine {
         let belt = self.station.belt();
         let windows = self.pattern.items().iter().flat_map(|item| {
             let robots = self.station.robots().iter();
-            let windows = robots.filter_map(|robot| robot.departure_window(belt, item.x0, item.y));
+            let windows = robots.filter_map(|robot| robot.widest_window(belt, item.x0, item.y));
             windows.map(|(open, _)| item.x0 + belt.speed * open)
         });
         windows.fold(0.0, f64::min) - LEAD

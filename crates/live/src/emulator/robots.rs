@@ -4,7 +4,8 @@ use super::line::EmulatedLine;
 use super::schedule::{EmulatorEvent, EmulatorSchedule};
 use super::trouble::FaultDraw;
 use crate::protocol::{Ack, BeltPoint, Cancel, Incoming, ResultMessage, RobotState, Task, Verdict};
-use pickline::kinematics::{distance, meeting_range, travel_time};
+use nalgebra::Point2;
+use pickline::kinematics::{Encounter, distance, meeting_range};
 use std::collections::HashMap;
 
 /// The gripper grasps an item within this distance of its centre [m].
@@ -19,6 +20,8 @@ struct EmulatedRobot {
     task: Option<Task>,
     /// Whether it has already met the item.
     met: bool,
+    /// Where its arm was before the task, or is without one [m].
+    place: Point2<f64>,
 }
 
 /// The robots of an emulated station, the items that they have taken, and the results of their
@@ -43,7 +46,15 @@ impl EmulatedRobots {
         let items = line.pattern.len();
         let ids = line.pattern.items().iter().map(|item| item.id.clone());
         Self {
-            robots: vec![EmulatedRobot::default(); line.station.robots().len()],
+            robots: line
+                .station
+                .robots()
+                .iter()
+                .map(|robot| EmulatedRobot {
+                    place: robot.rest,
+                    ..EmulatedRobot::default()
+                })
+                .collect(),
             numbers: ids.zip(0..).collect(),
             taken: vec![false; items],
             attempts: vec![0; items],
@@ -112,7 +123,8 @@ impl EmulatedRobots {
             }
             return;
         }
-        if busy || !leave(line, schedule.now(), robot, &mut task) {
+        let place = self.robots[robot].place;
+        if busy || !leave(line, schedule.now(), (robot, place), &mut task) {
             self.conclude(schedule, task.id, Verdict::Rejected, None);
             return;
         }
@@ -205,13 +217,14 @@ impl EmulatedRobots {
         self.results.insert(id, report);
         schedule.send_at(known, Incoming::Result(report));
         self.robots[robot].task = None;
+        self.robots[robot].place = Point2::new(task.bin.x, task.bin.y);
     }
 
     /// A robot is back at its bin after a task.
     pub(super) fn come_back(&mut self, schedule: &mut EmulatorSchedule, robot: usize, task: u64) {
         let its = &mut self.robots[robot];
-        if its.task.as_ref().is_some_and(|current| current.id == task) {
-            its.task = None;
+        if let Some(done) = its.task.take_if(|current| current.id == task) {
+            its.place = Point2::new(done.bin.x, done.bin.y);
             self.conclude(schedule, task, Verdict::Picked, None);
         }
     }
@@ -237,10 +250,15 @@ impl EmulatedRobots {
             if its.met {
                 return;
             }
-            let speed = line.station.robots()[robot].speed;
-            let whole = distance(task.meet.x - task.bin.x, task.meet.y - task.bin.y);
-            let gone = (speed * (schedule.now() - task.start)).clamp(0.0, whole);
-            back = Some(schedule.now() + gone / speed);
+            let arm = &line.station.robots()[robot].arm;
+            let place = its.place;
+            let whole = distance(task.meet.x - place.x, task.meet.y - place.y);
+            let passed = schedule.now() - task.start;
+            let way_back = match arm.constant_speed() {
+                Some(speed) => (speed * passed).clamp(0.0, whole) / speed,
+                None => passed.clamp(0.0, arm.time(whole)),
+            };
+            back = Some(schedule.now() + way_back);
             its.task = None;
         }
         self.conclude(schedule, cancel.task, Verdict::Cancelled, back);
@@ -287,24 +305,39 @@ fn acknowledge(line: &EmulatedLine, schedule: &mut EmulatorSchedule, task: &Task
     }
 }
 
-/// Lets a robot that received its task too late meet the item further downstream. It leaves
-/// at `now` [s]. Returns whether it can.
-fn leave(line: &EmulatedLine, now: f64, index: usize, task: &mut Task) -> bool {
+/// Lets a robot, with its arm at `place` [m], that received its task too late meet the item further
+/// downstream. It leaves at `now` [s]. Returns whether it can.
+fn leave(
+    line: &EmulatedLine,
+    now: f64,
+    (index, place): (usize, Point2<f64>),
+    task: &mut Task,
+) -> bool {
     let (robot, belt) = (&line.station.robots()[index], line.station.belt());
     let late = now - task.start;
     if late <= LATE {
         return true;
     }
     let x = task.meet.x - (line.travel(task.meet_at) - line.travel(now));
-    let (dx, dy) = (x - robot.bin.x, task.meet.y - robot.bin.y);
-    let travel = travel_time(dx, dy, belt.speed, robot.speed);
+    let travel = robot.arm.travel_time(&Encounter {
+        dx: x - place.x,
+        dy: task.meet.y - place.y,
+        belt_speed: belt.speed,
+        upstream: -x,
+        downstream: belt.length - x,
+    });
     let x = x + belt.speed * travel;
     let (base, y) = (robot.base, task.meet.y);
     let range = meeting_range(base.x, base.y, robot.reach, y, belt.length);
     task.start = now;
     task.meet_at = now + travel;
     task.meet = BeltPoint { x, y };
-    let back = distance(x - robot.bin.x, dy) / robot.speed;
-    task.free_at = task.meet_at + robot.grasp_time + back + robot.release_time;
+    let back = robot
+        .arm
+        .time(distance(x - task.bin.x, task.meet.y - task.bin.y));
+    let at = Point2::new(task.bin.x, task.bin.y);
+    let mut bins = robot.bins.iter();
+    let bin = bins.find(|bin| bin.at == at).unwrap_or(&robot.bins[0]);
+    task.free_at = task.meet_at + robot.grasp_time + back + bin.release_time;
     range.is_some_and(|(low, high)| (low..=high).contains(&x))
 }

@@ -94,6 +94,9 @@ pub struct Task {
     pub meet: BeltPoint,
     /// The bin for the item.
     pub bin: BeltPoint,
+    /// The bin's name, if the robot has several bins or this one has a name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bin_name: Option<String>,
     /// When the robot is expected to be free again [s].
     pub free_at: f64,
     /// Object-specific reward of the item.

@@ -1,7 +1,7 @@
 //! Where everything is in the picture: scale, rows, and places of the labels.
 
 use super::labels::label_width;
-use pickline::station::Station;
+use pickline::station::{Robot, Station};
 
 /// Width of the drawing area [px], and its maximum height in one row and in total.
 pub(super) const WIDTH: f64 = 900.0;
@@ -45,7 +45,13 @@ pub(super) struct Frame {
 impl Frame {
     pub(super) fn around(station: &Station, camera: Option<f64>) -> Self {
         let belt = station.belt();
-        let places = || station.robots().iter().flat_map(|r| [r.base, r.bin]);
+        let all = |r: &Robot| {
+            [r.base, r.rest]
+                .into_iter()
+                .chain(r.bins.iter().map(|bin| bin.at))
+                .collect::<Vec<_>>()
+        };
+        let places = || station.robots().iter().flat_map(all);
         let with_camera = camera.is_some();
         let camera = camera.unwrap_or(0.0);
         let low = places().map(|p| p.x).fold(camera.min(0.0), f64::min);

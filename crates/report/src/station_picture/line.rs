@@ -5,7 +5,7 @@ use super::labels::{label, px, rectangle, rounded};
 use crate::palette::ROBOT_COLOURS;
 use pickline::pattern::Pattern;
 use pickline::station::{Robot, Station};
-use svg::node::element::{Circle, Group, Line, Path, Rectangle};
+use svg::node::element::{Circle, Group, Line, Path, Rectangle, Title};
 
 /// Everything that belongs to the line itself.
 pub(super) fn drawn(
@@ -130,28 +130,33 @@ fn items(frame: &Frame, station: &Station, pattern: &Pattern) -> Group {
 
 fn arm(frame: &Frame, robot: &Robot, colour: &str) -> Group {
     let (x, y) = (frame.x(robot.base.x), frame.y(robot.base.y));
-    let (bin_x, bin_y) = (frame.x(robot.bin.x), frame.y(robot.bin.y));
-    Group::new()
-        .add(
-            Line::new()
-                .set("x1", px(x))
-                .set("y1", px(y))
-                .set("x2", px(bin_x))
-                .set("y2", px(bin_y))
-                .set("stroke", colour)
-                .set("stroke-width", 3),
-        )
-        .add(
-            rectangle(bin_x - 8.0, bin_y - 5.0, 16.0, 10.0)
-                .set("class", "paper")
-                .set("stroke", colour)
-                .set("stroke-width", 2),
-        )
-        .add(
-            Circle::new()
-                .set("cx", px(x))
-                .set("cy", px(y))
-                .set("r", 8)
-                .set("fill", colour),
-        )
+    let (rest_x, rest_y) = (frame.x(robot.rest.x), frame.y(robot.rest.y));
+    let group = Group::new().add(
+        Line::new()
+            .set("x1", px(x))
+            .set("y1", px(y))
+            .set("x2", px(rest_x))
+            .set("y2", px(rest_y))
+            .set("stroke", colour)
+            .set("stroke-width", 3),
+    );
+    let bins = robot.bins.iter().fold(group, |group, bin| {
+        let (bin_x, bin_y) = (frame.x(bin.at.x), frame.y(bin.at.y));
+        let title = Title::new(format!("bin {}", bin.name));
+        let bin = rectangle(bin_x - 8.0, bin_y - 5.0, 16.0, 10.0)
+            .set("class", "paper")
+            .set("stroke", colour)
+            .set("stroke-width", 2);
+        group.add(match robot.has_only_bin() {
+            true => bin,
+            false => bin.add(title),
+        })
+    });
+    bins.add(
+        Circle::new()
+            .set("cx", px(x))
+            .set("cy", px(y))
+            .set("r", 8)
+            .set("fill", colour),
+    )
 }
