@@ -125,6 +125,9 @@ impl<'a> Way<'a> {
     }
 }
 
+/// Where the tool points are at a time [s] between two moments.
+type Middle<'a> = &'a dyn Fn(f64, &ArmsAt, &ArmsAt) -> [Point2<f64>; 2];
+
 /// A pair of robots.
 struct Pair {
     robots: [usize; 2],
@@ -184,13 +187,7 @@ impl Pair {
 
     /// Searches between two moments between which both tool points move on straight lines. `middle`
     /// gives the tool points at a time [s] between two moments, half-way if they move uniformly.
-    fn halve(
-        &self,
-        from: &ArmsAt,
-        to: &ArmsAt,
-        middle: &dyn Fn(f64, &ArmsAt, &ArmsAt) -> [Point2<f64>; 2],
-        best: &mut Option<Clearance>,
-    ) {
+    fn halve(&self, from: &ArmsAt, to: &ArmsAt, middle: Middle, best: &mut Option<Clearance>) {
         let least = best.map_or(f64::INFINITY, |best| best.distance);
         let moved: f64 = (0..2).map(|i| (to.tools[i] - from.tools[i]).norm()).sum();
         let bound = 0.5 * (from.nearest.distance + to.nearest.distance - moved);

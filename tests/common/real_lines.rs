@@ -148,7 +148,7 @@ fn robots(speed: f64, width: f64, apart: f64) -> impl Strategy<Value = Vec<Robot
     );
     prop::collection::vec(robot, 1..=6).prop_map(move |robots| {
         let mut x = 0.4;
-        let make = |(i, robot)| {
+        let robots = robots.into_iter().enumerate().map(|(i, robot)| {
             let (
                 (gap, off, far_side, reach),
                 (kind, faster, stronger, unlike),
@@ -158,15 +158,6 @@ fn robots(speed: f64, width: f64, apart: f64) -> impl Strategy<Value = Vec<Robot
                 bins,
                 sorted,
                 (rests, rest),
-            ): (
-                _,
-                (u8, f64, f64, f64),
-                f64,
-                Vec<(f64, f64)>,
-                _,
-                Vec<_>,
-                Vec<usize>,
-                _,
             ) = robot;
             x += gap;
             let side = |far: bool| if far { 1.0 } else { -1.0 };
@@ -240,8 +231,8 @@ fn robots(speed: f64, width: f64, apart: f64) -> impl Strategy<Value = Vec<Robot
                 rest,
                 bins,
             }
-        };
-        robots.into_iter().enumerate().map(make).collect()
+        });
+        robots.collect()
     })
 }
 

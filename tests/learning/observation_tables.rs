@@ -40,7 +40,7 @@ fn tau(robot: &Robot, belt: &Belt, (x0, y): (f64, f64), time: f64) -> f64 {
 fn transcribed(s: &Snapshot) -> (Vec<f64>, Vec<Vec<f64>>) {
     let (robots, belt) = (s.station.robots(), s.station.belt());
     let (own, n) = (&robots[s.robot], robots.len());
-    let unit = own.reach / own.speed;
+    let unit = own.reach / own.arm.constant_speed().unwrap();
     let log = |time: f64| (1.0 + time.clamp(0.0, 1e4) / unit).ln() / 3.0;
     let others = (n.max(2) - 1) as f64;
     let until = |robot: usize| (s.free_at[robot] - s.time).max(0.0);
@@ -88,15 +88,15 @@ fn transcribed(s: &Snapshot) -> (Vec<f64>, Vec<Vec<f64>>) {
         count(load(up)),
         count(elsewhere / others),
         count(s.in_view.len() as f64),
-        belt.speed / own.speed,
+        belt.speed / own.arm.constant_speed().unwrap(),
         log(2.0 * own.reach / belt.speed),
-        (own.grasp_time + own.release_time) / unit,
+        (own.grasp_time + own.bins[0].release_time) / unit,
         s.in_view.last().map_or(0.0, |item| item.x / belt.length),
         count(mine.iter().map(|item| 1.0 / able(item)).sum()),
     ]);
     let slot = |c: &Candidate| {
         let (x, place) = (c.x0 + belt.speed * s.time, (c.x0, c.y));
-        let p = 2.0 * tau(own, belt, place, s.time) + own.grasp_time + own.release_time;
+        let p = 2.0 * tau(own, belt, place, s.time) + own.grasp_time + own.bins[0].release_time;
         let (shortest, when) = best(own, belt, place, s.time).unwrap();
         let left = c.close - s.time;
         let side = if own.base.y <= 0.0 { 1.0 } else { -1.0 };

@@ -142,11 +142,7 @@ fn a_case_with_a_known_answer() {
     let station = built_in("paper").unwrap().station(Some(1)).unwrap();
     let slow = Station::new(
         *station.belt(),
-        vec![pickline::station::Robot {
-            grasp_time: 15.0,
-            release_time: 10.0,
-            ..station.robots()[0].clone()
-        }],
+        vec![station.robots()[0].clone().with_dwell(15.0, 10.0)],
     )
     .unwrap();
     let item = |id: &str, x0: f64, y: f64, weight: f64| Item {

@@ -196,6 +196,7 @@ fn the_closest_moment_of_two_trips_is_found() {
     let station = Station::new(belt, vec![robot("a", 1.0), robot("b", 5.0)]).unwrap();
     let trip = |robot: usize, decide: f64, x: f64| Pick {
         robot,
+        bin: 0,
         item: robot as u32,
         decide,
         grasp: decide + 1.0,

@@ -279,11 +279,10 @@ fn an_item_given_back_at_the_end_of_its_window_is_tried_again() {
 #[test]
 fn attempts_that_take_no_time_come_to_an_end() {
     let slow = line(&[0.0], 1.0);
-    let robots = slow.robots().iter().map(|robot| Robot {
-        grasp_time: 0.0,
-        release_time: 0.0,
-        ..robot.clone()
-    });
+    let robots = slow
+        .robots()
+        .iter()
+        .map(|robot| robot.clone().with_dwell(0.0, 0.0));
     let station = Station::new(*slow.belt(), robots.collect()).unwrap();
     let pattern = items(&[("a", 0.0, true)]);
     let fifo = "FIFO".parse().unwrap();

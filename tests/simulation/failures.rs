@@ -184,7 +184,7 @@ fn an_item_that_was_given_back_wakes_who_waits_for_a_window() {
     let one = paper(1);
     let mut robots = vec![one.robots()[0].clone(), one.robots()[0].clone()];
     robots[1].name = "second".into();
-    robots[0].release_time = 100.0;
+    robots[0].bins[0].release_time = 100.0;
     let station = Station::new(*one.belt(), robots).unwrap();
     let items = vec![Item::at("a", 0.0, -0.2), Item::at("b", -0.01, -0.2)];
     let pattern = Pattern::new(items).unwrap();

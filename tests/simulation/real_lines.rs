@@ -19,7 +19,6 @@ use pickline::pattern::Pattern;
 use pickline::sim::{Cascade, Scene, simulate_rules};
 use pickline::station::Station;
 use proptest::prelude::*;
-use rand::RngExt as _;
 
 /// Differences of times [s] and keys that are due to rounding.
 const ROUNDING: f64 = 1e-9;

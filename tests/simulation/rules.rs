@@ -31,6 +31,8 @@ fn station() -> Station {
 fn candidate(item: u32, x0: f64, y: f64, weight: f64) -> Candidate {
     Candidate {
         item,
+        bin: 0,
+        class: pickline::station::ClassId::OTHER,
         x0,
         y,
         weight,

@@ -120,7 +120,7 @@ fn warnings_name_the_first_robot_of_their_kind() {
     let belt = *built_in("paper").unwrap().station(Some(3)).unwrap().belt();
     robots[1].grasp_time = 100.0;
     robots[2].grasp_time = 200.0;
-    robots[2].release_time = 300.0;
+    robots[2].bins[0].release_time = 300.0;
     let warnings = Station::new(belt, robots).unwrap().warnings("s");
     let texts: Vec<_> = warnings.iter().map(|w| w.to_string()).collect();
     assert_eq!(texts.len(), 2, "{texts:?}");

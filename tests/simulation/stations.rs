@@ -2,6 +2,7 @@
 
 use nalgebra::Point2;
 use pickline::error::Result;
+use pickline::kinematics::Arm;
 use pickline::station::{Belt, Line, Robot, Station};
 
 pub const BELT: Belt = Belt {
@@ -145,17 +146,17 @@ fn every_value_of_a_station_is_held_to_its_limits() {
 /// An arm is at least a millionth faster than the belt.
 #[test]
 fn arms_are_faster_than_the_belt() {
-    with(|b, r| r.speed = b.speed * (1.0 + 1e-6)).unwrap();
+    with(|b, r| r.arm = Arm::constant(b.speed * (1.0 + 1e-6))).unwrap();
     let words = [
         "robot[1].speed: ",
         "the arm of robot `b`",
         "not faster than the belt at 0.05 m/s",
     ];
     for slower in [1.0 + 0.9e-6, 1.0, 0.9] {
-        let made = with(|b, r| r.speed = b.speed * slower);
+        let made = with(|b, r| r.arm = Arm::constant(b.speed * slower));
         assert_blamed(made, &words, &format!("{slower}"));
     }
-    let station = with(|_, r| r.speed = 0.3).unwrap();
+    let station = with(|_, r| r.arm = Arm::constant(0.3)).unwrap();
     assert_eq!(station.slowest_arm(), 0.3);
     assert!(
         station.is_faster_than(0.29)
@@ -213,7 +214,7 @@ fn spacing_counts_from_the_first_robot() {
     let across: Vec<_> = spaced
         .robots()
         .iter()
-        .map(|r| (r.base.y, r.bin.y))
+        .map(|r| (r.base.y, r.bins[0].at.y))
         .collect();
     assert_eq!(across, [(-0.6, -0.5); 3]);
     assert_eq!(spaced.belt().length, 3.0);
@@ -228,10 +229,11 @@ fn a_line_is_placed_as_it_says() {
         first_base_x: 1.0,
         spacing: 0.5,
         base_offset: 0.25,
-        bin_offset: 0.125,
+        bins: pickline::station::LineBins::AtEdge(0.125),
+        rest: None,
         tail: 0.75,
         reach: 0.5,
-        speed: 2.0,
+        arm: Arm::constant(2.0),
         grasp_time: 0.1,
         release_time: 0.2,
     };

@@ -107,14 +107,23 @@ struct Raw {
     place: u16,
 }
 
-/// The picks of robot `robot` in slots, item by item, the spans of slots in which they arrive, and the
-/// bin of each item.
+/// Picks in slots.
+struct RawPicks {
+    /// The picks, item by item.
+    raw: Vec<Raw>,
+    /// The spans of slots in which they arrive.
+    spans: Vec<(u64, u64)>,
+    /// The bin of each item.
+    bins: Vec<(u32, u16)>,
+}
+
+/// The picks of robot `robot` in slots.
 fn picks_in_slots(
     station: &Station,
     robot: usize,
     picks: impl Iterator<Item = (Candidate, usize)>,
     slots: Slots,
-) -> (Vec<Raw>, Vec<(u64, u64)>, Vec<(u32, u16)>) {
+) -> RawPicks {
     let mut raw: Vec<Raw> = Vec::new();
     let mut spans: Vec<(u64, u64)> = Vec::new();
     let mut bins: Vec<(u32, u16)> = Vec::new();
@@ -148,7 +157,7 @@ fn picks_in_slots(
             }
         }
     }
-    (raw, spans, bins)
+    RawPicks { raw, spans, bins }
 }
 
 impl SlotNetwork {
@@ -160,7 +169,7 @@ impl SlotNetwork {
         picks: impl Iterator<Item = (Candidate, usize)>,
         slots: Slots,
     ) -> Self {
-        let (raw, spans, bins) = picks_in_slots(station, robot, picks, slots);
+        let RawPicks { raw, spans, bins } = picks_in_slots(station, robot, picks, slots);
         let nodes = Nodes::new(spans);
         let mut network = Self {
             slots: nodes.slots(),

@@ -144,7 +144,7 @@ impl<R: Rng> Robot<R> {
     }
 
     fn bin(&self) -> [f64; 2] {
-        [self.plan.bin.x, self.plan.bin.y]
+        [self.plan.bins[0].at.x, self.plan.bins[0].at.y]
     }
 
     fn state(&self) -> RobotState {
@@ -236,7 +236,8 @@ impl<R: Rng> Robot<R> {
                 match here.map(|work| work.phase) {
                     Some(Phase::Back { .. }) => {}
                     Some(phase) => {
-                        let back = way(self.place(phase, now), self.bin()) / self.plan.speed;
+                        let back = way(self.place(phase, now), self.bin())
+                            / self.plan.arm.constant_speed().unwrap();
                         self.rests_from = now + back;
                         self.work = None;
                         let free = Some(self.rests_from);
@@ -285,7 +286,8 @@ impl<R: Rng> Robot<R> {
                 // The arm goes on to the new place.
                 phase @ Phase::Out { .. } => {
                     let from = self.place(phase, now);
-                    let takes = way(from, [task.meet.x, task.meet.y]) / (MARGIN * self.plan.speed);
+                    let takes = way(from, [task.meet.x, task.meet.y])
+                        / (MARGIN * self.plan.arm.constant_speed().unwrap());
                     Some(Phase::Out {
                         from,
                         left: now,
@@ -412,7 +414,7 @@ impl<R: Rng> Robot<R> {
         match work.phase {
             Phase::Waits { leaves } if now >= leaves => {
                 let from = self.bin();
-                let takes = way(from, meet) / (MARGIN * self.plan.speed);
+                let takes = way(from, meet) / (MARGIN * self.plan.arm.constant_speed().unwrap());
                 let arrives = work.task.meet_at.max(now + takes);
                 let free_at = work.task.free_at;
                 self.set(Phase::Out {
@@ -450,8 +452,8 @@ impl<R: Rng> Robot<R> {
                         (None, Verdict::Missed)
                     }
                 };
-                let back = way(meet, self.bin()) / self.plan.speed;
-                let done = now + self.plan.grasp_time + back + self.plan.release_time;
+                let back = way(meet, self.bin()) / self.plan.arm.constant_speed().unwrap();
+                let done = now + self.plan.grasp_time + back + self.plan.bins[0].release_time;
                 self.set(Phase::Back {
                     item,
                     verdict,

@@ -3,7 +3,6 @@
 use super::bench::{BELT, Bench, Draft, back, front, idle};
 use pickline::checker::check;
 use pickline::decision::{MissReason, Outcome, RobotFigures};
-use pickline::station::Robot;
 
 type BentFigures = (&'static str, fn(&mut Outcome), &'static str);
 

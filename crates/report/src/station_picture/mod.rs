@@ -119,12 +119,14 @@ mod tests {
                 length: 0.1,
                 width: 0.05,
             },
-            vec![Robot {
-                base: nalgebra::Point2::new(0.05, -0.06),
-                bin: nalgebra::Point2::new(0.02, -0.05),
-                reach: 0.1,
-                ..small
-            }],
+            vec![
+                Robot {
+                    base: nalgebra::Point2::new(0.05, -0.06),
+                    reach: 0.1,
+                    ..small
+                }
+                .with_only_bin(nalgebra::Point2::new(0.02, -0.05)),
+            ],
         );
         for (station, rows) in [
             (small.unwrap(), 1),
