@@ -122,6 +122,8 @@ mod tests {
     fn candidate(item: u32, open: f64, close: f64) -> Candidate {
         Candidate {
             item,
+            bin: 0,
+            class: pickline::station::ClassId::OTHER,
             x0: -f64::from(item),
             y: 0.0,
             weight: 1.0,

@@ -163,6 +163,7 @@ fn task(revision: u32, id: u64, after: [f64; 3], meet: (f64, f64)) -> Task {
             y: meet.1,
         },
         bin: BeltPoint { x: 1.3, y: -0.5 },
+        bin_name: None,
         free_at: NOW + 2.0,
         priority: 0.5,
         strategy: "rules:SPT,FIFO".into(),
