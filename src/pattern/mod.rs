@@ -1,6 +1,7 @@
 //! Patterns: the items on the belt, generated or recorded.
 
 mod attributes;
+mod class_shares;
 mod clustered;
 mod describe;
 mod feed;
@@ -20,6 +21,7 @@ pub mod tracking;
 mod training;
 
 pub use attributes::{Attributes, Distribution};
+pub use class_shares::ClassShares;
 pub use describe::{Description, describe};
 pub(crate) use feed::FEEDS;
 pub use feed::{Feed, FeedShape};

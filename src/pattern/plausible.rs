@@ -1,7 +1,9 @@
 //! Warnings about pattern values that the model allows but that are implausible.
 
-use super::item::Pattern;
+use super::item::{Item, Pattern};
+use crate::error::{counted, shown};
 use crate::plausible::{ITEM_AREA, ITEM_GAP, OFF_CENTRE, Warning};
+use crate::station::Station;
 
 impl Pattern {
     /// The implausible values of the pattern, which the user knows as `name`.
@@ -28,6 +30,29 @@ impl Pattern {
         .into_iter()
         .flatten()
         .collect()
+    }
+}
+
+impl Pattern {
+    /// Warns about items of the pattern, which the user knows as `name`, that no robot of `station`
+    /// has a bin for although they are not unwanted. The first such class is named.
+    pub fn check_bins(&self, name: &str, station: &Station) -> Option<Warning> {
+        let has_no_bin = |item: &&Item| {
+            let class = item.class.as_deref();
+            let stated = class.and_then(|class| station.class(class));
+            stated.is_none_or(|class| class.wanted) && !station.takes(station.class_id(class))
+        };
+        let class = &self.items().iter().find(has_no_bin)?.class;
+        let alike = self.items().iter().filter(|item| item.class == *class);
+        let count = counted(alike.count(), "item");
+        let what = match class {
+            Some(class) => format!("{count} of class `{}`", shown(class)),
+            None => format!("{count} without a class"),
+        };
+        let problem = format!("no robot has a bin for {what}, so they stay on the belt");
+        let cure = "give a robot a bin for the class, or one without classes, which takes whatever \
+                    the others do not name; or state the class with `wanted = false`";
+        Some(Warning::new(format!("{name}: class"), problem, cure))
     }
 }
 

@@ -1,6 +1,5 @@
 //! How items arrive at the start of the belt: their flow, and how it changes over a pattern.
 
-use crate::pattern::Item;
 use crate::sim::Scene;
 use crate::stats;
 use std::ops::Range;
@@ -38,29 +37,54 @@ pub(super) enum Changes {
 
 /// The items grouped by arrival time at the start of the belt; those of one grid column arrive
 /// together.
-pub(super) struct Arrivals<'s> {
-    items: &'s [Item],
+pub(super) struct Arrivals {
+    /// Positions of the items that are to be picked, at time 0 [m].
+    places: Vec<f64>,
+    /// For each item of the pattern, its number among them; that of the next one for an item that is
+    /// left on purpose.
+    pub ranks: Vec<usize>,
     /// Speed of the belt [m/s].
     speed: f64,
     /// Index of the first item of each arrival time.
     pub starts: Vec<usize>,
 }
 
-impl<'s> Arrivals<'s> {
-    /// The arrivals of the pattern on `scene`.
-    pub(super) fn of(scene: &Scene<'s>) -> Self {
+impl Arrivals {
+    /// The arrivals of the items of the pattern on `scene` that are to be picked.
+    pub(super) fn of(scene: &Scene) -> Self {
         let items = scene.pattern().items();
-        let later = |&i: &usize| i == 0 || items[i].x0 < items[i - 1].x0;
-        Self {
-            items,
-            speed: scene.station().belt().speed,
-            starts: (0..items.len()).filter(later).collect(),
+        let mut left = scene.left().iter().peekable();
+        let mut places = Vec::with_capacity(scene.offered());
+        let mut ranks = Vec::with_capacity(items.len());
+        for (index, item) in items.iter().enumerate() {
+            ranks.push(places.len());
+            if left.next_if(|left| left.item as usize == index).is_none() {
+                places.push(item.x0);
+            }
         }
+        let later = |&i: &usize| i == 0 || places[i] < places[i - 1];
+        Self {
+            starts: (0..places.len()).filter(later).collect(),
+            speed: scene.station().belt().speed,
+            places,
+            ranks,
+        }
+    }
+
+    /// Number of items that are to be picked.
+    pub(super) fn items(&self) -> usize {
+        self.places.len()
+    }
+
+    /// The flow of the whole pattern, from its first to its last time of arrival [1/min].
+    pub(super) fn whole_flow(&self) -> Option<f64> {
+        let last = self.starts.len().checked_sub(1)?;
+        self.flow(0..last)
     }
 
     /// Arrival time of `group` [s].
     pub(super) fn time(&self, group: usize) -> f64 {
-        -self.items[self.starts[group]].x0 / self.speed
+        -self.places[self.starts[group]] / self.speed
     }
 
     /// Time from the arrival of the first of these groups to that of the group after them [s].

@@ -14,7 +14,7 @@ use std::ops::Range;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct SteadyState {
-    /// Its items, as indices into the pattern.
+    /// Its items, as indices into those of the pattern that are to be picked.
     pub items: Range<usize>,
     /// When the first of these items passes the start of the belt [s].
     pub start: f64,
@@ -114,19 +114,22 @@ pub fn steady_state(scene: &Scene, outcome: &Outcome) -> Result<SteadyState, Uns
     let arrivals = Arrivals::of(scene);
     let unsteady = |reason| {
         Err(Unsteady {
-            flow: arrivals.flow(0..arrivals.starts.len() - 1),
+            flow: arrivals.whole_flow(),
             reason,
         })
     };
     let window = longest_window(scene);
     let groups = arrivals.starts.len();
-    let (first, last) = (arrivals.time(0), arrivals.time(groups - 1));
+    let (first, last) = match groups {
+        0 => (0.0, 0.0),
+        _ => (arrivals.time(0), arrivals.time(groups - 1)),
+    };
     let lasts = last - first;
     if groups < 2 || lasts < WINDOWS * window {
         return unsteady(UnsteadyReason::Short {
             lasts,
             window,
-            items: enough_items(scene).filter(|&items| items > scene.pattern().len()),
+            items: enough_items(scene).filter(|&items| items > arrivals.items()),
         });
     }
     let begin = (0..groups).find(|&g| arrivals.time(g) >= first + window);
@@ -134,7 +137,7 @@ pub fn steady_state(scene: &Scene, outcome: &Outcome) -> Result<SteadyState, Uns
     let (begin, end) = (begin.unwrap_or(0), end.unwrap_or(groups - 1));
     let whole = arrivals.starts[begin]..arrivals.starts[end];
     let drifting = UnsteadyReason::Drifting {
-        items: 2 * scene.pattern().len(),
+        items: 2 * arrivals.items(),
     };
     let summarise = |groups, flow_changes| {
         let mut state = steady_over(&arrivals, groups, window, scene, outcome);
@@ -145,7 +148,7 @@ pub fn steady_state(scene: &Scene, outcome: &Outcome) -> Result<SteadyState, Uns
     if begin < end && changes == Changes::InOrder {
         return summarise(begin..end, true);
     }
-    let left = truncate(whole, &pick_series(scene, outcome)).and_then(|left| {
+    let left = truncate(whole, &pick_series(&arrivals, scene, outcome)).and_then(|left| {
         // Cuts fall between arrival times, so that items that arrive together stay together.
         let begin = arrivals.starts.partition_point(|&start| start < left.start);
         let end = arrivals.starts.partition_point(|&start| start <= left.end) - 1;
@@ -164,7 +167,7 @@ pub fn steady_state(scene: &Scene, outcome: &Outcome) -> Result<SteadyState, Uns
 /// `None` if there is no density.
 pub(crate) fn enough_items(scene: &Scene) -> Option<usize> {
     let arrivals = Arrivals::of(scene);
-    let flow = arrivals.flow(0..arrivals.starts.len() - 1);
+    let flow = arrivals.whole_flow();
     flow.map(|flow| round_up(ENOUGH_WINDOWS * longest_window(scene) * flow / 60.0))
 }
 
@@ -178,10 +181,10 @@ fn steady_over(
     outcome: &Outcome,
 ) -> SteadyState {
     let starts = &arrivals.starts;
-    let items = scene.pattern().len();
+    let items = arrivals.items();
     let mut picked_before = vec![0; items + 1];
     for pick in &outcome.picks {
-        picked_before[pick.item as usize + 1] = 1;
+        picked_before[arrivals.ranks[pick.item as usize] + 1] = 1;
     }
     for i in 0..items {
         picked_before[i + 1] += picked_before[i];
@@ -190,7 +193,7 @@ fn steady_over(
         picked_before[starts[groups.end]] - picked_before[starts[groups.start]]
     };
     let count = |groups: &Range<usize>| starts[groups.end] - starts[groups.start];
-    let flow = arrivals.flow(0..starts.len() - 1).unwrap_or_default();
+    let flow = arrivals.whole_flow().unwrap_or_default();
     let share = picked(&groups) as f64 / count(&groups) as f64;
     let batches = arrivals.batches(&groups, window);
     // The share is a ratio of two sums. A batch's deviation is therefore its picks minus the
@@ -252,16 +255,17 @@ fn longest_window(scene: &Scene) -> f64 {
 /// Series per item that show whether a run has settled: whether the item is picked [1], and where
 /// it leaves the belt [m], at most the end of the last workspace. The second grows with a queue,
 /// even on a line that still picks everything.
-fn pick_series(scene: &Scene, outcome: &Outcome) -> [Vec<f64>; 2] {
-    let items = scene.pattern().len();
+fn pick_series(arrivals: &Arrivals, scene: &Scene, outcome: &Outcome) -> [Vec<f64>; 2] {
+    let items = arrivals.items();
     let station = scene.station();
     let ends = station.robots().iter().map(|r| r.base.x + r.reach);
     let end = ends.fold(0.0, f64::max).min(station.belt().length);
     let mut picked = vec![0.0; items];
     let mut left = vec![end; items];
     for pick in &outcome.picks {
-        picked[pick.item as usize] = 1.0;
-        left[pick.item as usize] = pick.meet.x.min(end);
+        let rank = arrivals.ranks[pick.item as usize];
+        picked[rank] = 1.0;
+        left[rank] = pick.meet.x.min(end);
     }
     [picked, left]
 }

@@ -53,7 +53,8 @@ impl BoundArgs {
         self.station.check_conditions(&conditions, &station)?;
         let (pattern, pattern_name) = load_pattern(file, station.belt().width)?;
         let pattern_place = file.unwrap_or(&pattern_name).to_owned();
-        self.station.check_pattern(&pattern_place, &pattern)?;
+        self.station
+            .check_pattern(&pattern_place, &pattern, Some(&station))?;
         self.station.check_values(&[("--slot", &SLOT, self.slot)])?;
         if let Some(slot) = self.slot {
             options = options.with_slot(slot);

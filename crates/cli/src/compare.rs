@@ -101,7 +101,8 @@ impl CompareArgs {
             // The patterns of a case are alike, so one is enough.
             let patterns = case.patterns(station.belt(), 1, self.common.seed)?;
             for (_, pattern) in &patterns {
-                self.station.check_pattern(&case.name, pattern)?;
+                self.station
+                    .check_pattern(&case.name, pattern, Some(station))?;
             }
             match &case.source {
                 CaseSource::File(path) => {

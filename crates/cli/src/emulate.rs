@@ -50,7 +50,8 @@ impl EmulateArgs {
         }
         let (pattern, name) = load_pattern(file.as_deref(), station.belt().width)?;
         let named = file.as_deref().unwrap_or(&name);
-        self.station.check_pattern(named, &pattern)?;
+        self.station
+            .check_pattern(named, &pattern, Some(&station))?;
         let faults = self.trouble.resolve()?;
         let items = pattern.len();
         transport

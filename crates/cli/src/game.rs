@@ -113,7 +113,7 @@ impl GamePlan {
 
     fn report(&self, session: &Session) -> Result<GameReport> {
         let study = GameStudy::new(&self.station, &self.options)?;
-        self.choice.check_set(study.set().drawn())?;
+        self.choice.check_set(study.set().drawn(), &self.station)?;
         let set = study.set().scored();
         self.common.remark(&format!(
             "solving the game of station {} ({} robots, belt at {} m/s), payoff {}\non {}",

@@ -145,7 +145,7 @@ impl OptimizePlan {
 
     fn report(&self, session: &Session) -> Result<OptimumReport> {
         let study = OptimizeStudy::new(&self.station, &self.options)?;
-        self.choice.check_set(study.set().drawn())?;
+        self.choice.check_set(study.set().drawn(), &self.station)?;
         let set = study.set().scored();
         self.common.remark(&format!(
             "optimizing {} for station {} ({} robots, belt at {} m/s)\non {}",

@@ -61,7 +61,8 @@ impl SimulateArgs {
         self.station.check_conditions(&conditions, &station)?;
         let values = [("--budget-ms", &DECISION_TIME, self.budget_ms)];
         self.station.check_values(&values)?;
-        self.station.check_pattern(&pattern_place, &pattern)?;
+        self.station
+            .check_pattern(&pattern_place, &pattern, Some(&station))?;
         if self.html.is_some() {
             check_replay(&pattern).map_err(|error| error.at("--html"))?;
         }

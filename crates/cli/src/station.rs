@@ -55,7 +55,7 @@ fn show(
         let pattern = match pattern {
             Some(name) => {
                 let (items, _) = load_pattern(pattern, station.belt().width)?;
-                choice.check_pattern(name, &items)?;
+                choice.check_pattern(name, &items, Some(&station))?;
                 items.check_on(&station).map_err(|e| e.inside(name))?;
                 items
             }

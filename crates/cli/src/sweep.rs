@@ -126,7 +126,7 @@ impl SweepPlan {
     fn run(&self, session: &Session) -> Result<()> {
         let study = SweepStudy::new(&self.station, &self.options)?;
         let set = study.set();
-        self.choice.check_set(set)?;
+        self.choice.check_set(set, &self.station)?;
         self.choice
             .check_conditions(&self.conditions, &self.station)?;
         self.check_ends(&study)?;

@@ -64,12 +64,20 @@ impl StationChoice {
         warn(self.strict, camera.into_iter().chain(noise).chain(rate))
     }
 
-    /// Warns about implausible values in a pattern.
+    /// Warns about implausible values in a pattern, and about items that no robot of `station` has a
+    /// bin for.
     ///
     /// # Errors
     /// As for [`warn`].
-    pub(crate) fn check_pattern(&self, name: &str, pattern: &Pattern) -> Result<()> {
-        warn(self.strict, pattern.warnings(name))
+    pub(crate) fn check_pattern(
+        &self,
+        name: &str,
+        pattern: &Pattern,
+        station: Option<&Station>,
+    ) -> Result<()> {
+        let mut warnings = pattern.warnings(name);
+        warnings.extend(station.and_then(|station| pattern.check_bins(name, station)));
+        warn(self.strict, warnings)
     }
 
     /// Warns about the first pattern of a set that has implausible values; the others are
@@ -77,9 +85,13 @@ impl StationChoice {
     ///
     /// # Errors
     /// As for [`warn`].
-    pub(crate) fn check_set(&self, set: &PatternSet) -> Result<()> {
+    pub(crate) fn check_set(&self, set: &PatternSet, station: &Station) -> Result<()> {
         let all = set.labels.iter().zip(&set.patterns);
-        let mut warnings = all.map(|(name, pattern)| pattern.warnings(name));
+        let mut warnings = all.map(|(name, pattern)| {
+            let mut warnings = pattern.warnings(name);
+            warnings.extend(pattern.check_bins(name, station));
+            warnings
+        });
         warn(
             self.strict,
             warnings.find(|w| !w.is_empty()).unwrap_or_default(),

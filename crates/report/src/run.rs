@@ -11,6 +11,7 @@ use super::throughput::ThroughputReport;
 use super::verb_report::{ResultFile, VerbReport};
 use pickline::decision::{MissReason, Outcome, Pick, RobotFigures};
 use pickline::sim::Scene;
+use pickline::station::Robot;
 use pickline::throughput::{Throughput, steady_state};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -24,7 +25,7 @@ pub struct RunReport {
     /// Picks per minute in the steady state.
     #[serde(flatten)]
     pub throughput: ThroughputReport,
-    /// Number of items in the pattern.
+    /// Number of items that are to be picked.
     pub items: usize,
     /// Number of items picked.
     pub picked: usize,
@@ -44,6 +45,13 @@ pub struct RunReport {
     pub failures: Vec<FailureReport>,
     /// Items that were not picked, downstream first.
     pub missed: Vec<MissReport>,
+    /// Items that were left on the belt on purpose, downstream first, with the reason; omitted if
+    /// there are none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub unwanted: Vec<MissReport>,
+    /// The items of each class; omitted on a station where neither bins nor values depend on it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub classes: Vec<ClassRunReport>,
     /// Number of items missed for each reason.
     pub missed_by_reason: BTreeMap<&'static str, usize>,
     /// Whether the independent checker confirmed the run; omitted if not requested.
@@ -81,6 +89,33 @@ pub struct RobotRunReport {
     /// Share of the time it is busy while the items of the steady state pass it; `None` without
     /// a steady state.
     pub utilisation_steady: Option<f64>,
+    /// What went into each of its bins; omitted for a robot with one bin for everything.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub bins: Vec<BinRunReport>,
+}
+
+/// What went into one bin.
+#[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
+pub struct BinRunReport {
+    /// Name of the bin.
+    pub name: String,
+    /// Number of items that were put into it.
+    pub picked: usize,
+}
+
+/// The items of one class.
+#[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
+pub struct ClassRunReport {
+    /// Name of the class; `None` for the items without one.
+    pub name: Option<String>,
+    /// Number of items of this class in the pattern.
+    pub items: usize,
+    /// How many of them were picked.
+    pub picked: usize,
+    /// The share of them that was picked.
+    pub recovery: f64,
 }
 
 /// One pick, with its times [s].
@@ -91,6 +126,9 @@ pub struct PickReport {
     pub robot: usize,
     /// Id of the item.
     pub item: String,
+    /// Name of the bin that it goes into; omitted for a robot with one bin for everything.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bin: Option<String>,
     /// When the robot left for it [s].
     pub decide_s: f64,
     /// Start of the grasp [s].
@@ -123,10 +161,11 @@ pub struct MissReport {
 }
 
 impl RobotRunReport {
-    /// The report of what a robot `did` in a run that ended at `end` [s].
-    fn new(name: &str, did: &RobotFigures, end: f64, utilisation_steady: Option<f64>) -> Self {
+    /// The report of what `robot` `did` in a run that ended at `end` [s].
+    fn new(robot: &Robot, did: &RobotFigures, end: f64, utilisation_steady: Option<f64>) -> Self {
         Self {
-            name: name.to_owned(),
+            name: robot.name.clone(),
+            bins: Vec::new(),
             picked: did.picked,
             weight: did.weight,
             failed: did.failed,
@@ -147,6 +186,49 @@ fn missed_by_reason(outcome: &Outcome) -> BTreeMap<&'static str, usize> {
     counts
 }
 
+/// The name of the bin of a pick, unless the robot has one bin for everything.
+fn bin_name(robot: &Robot, pick: &Pick) -> Option<String> {
+    let bin = &robot.bins[usize::from(pick.bin)];
+    (!robot.has_only_bin()).then(|| bin.name.clone())
+}
+
+/// What went into each bin of robot number `index`, unless it has one bin for everything.
+fn bins_of(index: usize, robot: &Robot, outcome: &Outcome) -> Vec<BinRunReport> {
+    if robot.has_only_bin() {
+        return Vec::new();
+    }
+    let own = || outcome.picks.iter().filter(|pick| pick.robot == index);
+    let bins = robot.bins.iter().enumerate();
+    bins.map(|(number, bin)| BinRunReport {
+        name: bin.name.clone(),
+        picked: own().filter(|pick| usize::from(pick.bin) == number).count(),
+    })
+    .collect()
+}
+
+/// The items of each class, by name, on a station that treats classes differently.
+fn classes_of(scene: &Scene, outcome: &Outcome) -> Vec<ClassRunReport> {
+    let (station, items) = (scene.station(), scene.pattern().items());
+    if station.class_names().is_empty() {
+        return Vec::new();
+    }
+    let mut counts: BTreeMap<Option<&str>, (usize, usize)> = BTreeMap::new();
+    for item in items {
+        counts.entry(item.class.as_deref()).or_default().0 += 1;
+    }
+    for pick in &outcome.picks {
+        let class = items[pick.item as usize].class.as_deref();
+        counts.entry(class).or_default().1 += 1;
+    }
+    let report = |(name, (items, picked)): (Option<&str>, (usize, usize))| ClassRunReport {
+        name: name.map(str::to_owned),
+        items,
+        picked,
+        recovery: picked as f64 / items as f64,
+    };
+    counts.into_iter().map(report).collect()
+}
+
 impl RunReport {
     /// The report of `outcome`, a run on `scene`.
     pub fn new(strategy: String, scene: &Scene, outcome: &Outcome, made: Provenance) -> Self {
@@ -158,6 +240,7 @@ impl RunReport {
         let pick = |pick: &Pick| PickReport {
             robot: pick.robot,
             item: id(pick.item),
+            bin: bin_name(&station.robots()[pick.robot], pick),
             decide_s: pick.decide,
             grasp_s: pick.grasp,
             release_s: pick.release,
@@ -176,7 +259,9 @@ impl RunReport {
                 .enumerate()
                 .map(|(place, (robot, did))| {
                     let busy_share = steady.utilisation.get(place).copied();
-                    RobotRunReport::new(&robot.name, did, figures.end, busy_share)
+                    let mut report = RobotRunReport::new(robot, did, figures.end, busy_share);
+                    report.bins = bins_of(place, robot, outcome);
+                    report
                 })
                 .collect(),
             picks: outcome.picks.iter().map(pick).collect(),
@@ -196,6 +281,15 @@ impl RunReport {
                     reason: miss.reason.name(),
                 })
                 .collect(),
+            unwanted: outcome
+                .left
+                .iter()
+                .map(|left| MissReport {
+                    item: id(left.item),
+                    reason: left.reason.name(),
+                })
+                .collect(),
+            classes: classes_of(scene, outcome),
             missed_by_reason: missed_by_reason(outcome),
             checked: None,
             bound: None,
@@ -229,18 +323,23 @@ impl RunReport {
             false => String::new(),
         };
         format!(
-            "{}{}strategy  {}\npicked    {} of {} ({} %) in {} s\n\
+            "{}{}{}strategy  {}\npicked    {} of {} ({} %) in {} s\n\
              rate      {} picks/min over the whole run{weighted}\n\
-             {}{}{checked}{}{}{}",
+             {}{}{}{checked}{}{}{}",
             self.throughput.line(),
             robots,
+            self.classes_table(),
             self.strategy,
             self.picked,
             self.items,
-            fixed(100.0 * self.picked_share, 1),
+            match self.items {
+                0 => "-".to_owned(),
+                _ => fixed(100.0 * self.picked_share, 1),
+            },
             fixed(self.end_s, 1),
             fixed(self.picking_rate_per_min, 2),
             self.missed_line(),
+            self.unwanted_line(),
             self.failed_line(),
             self.clearance
                 .as_ref()
@@ -263,6 +362,50 @@ impl RunReport {
             0 => "missed    nothing\n".to_owned(),
             _ => format!("missed    {}\n", reasons.join(", ")),
         }
+    }
+
+    /// How many items were left on purpose for which reason, if any were.
+    fn unwanted_line(&self) -> String {
+        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+        for left in &self.unwanted {
+            *counts.entry(left.reason).or_default() += 1;
+        }
+        let counts: Vec<String> = counts
+            .iter()
+            .map(|(reason, count)| format!("{count} {reason}"))
+            .collect();
+        match counts.len() {
+            0 => String::new(),
+            _ => format!("left      {}\n", counts.join(", ")),
+        }
+    }
+
+    /// The items of each class and the bins that they went into, if the station sorts.
+    fn classes_table(&self) -> String {
+        if self.classes.is_empty() {
+            return String::new();
+        }
+        let classes = TableColumns::new()
+            .with("<class", |class: &&ClassRunReport| {
+                class.name.clone().unwrap_or_else(|| "-".to_owned())
+            })
+            .with("items", |class| class.items.to_string())
+            .with("picked", |class| class.picked.to_string())
+            .with("recovery [%]", |class| fixed(100.0 * class.recovery, 1))
+            .table(&self.classes);
+        let bins = self.robots.iter().flat_map(|robot| {
+            let bins = robot.bins.iter();
+            bins.map(move |bin| (robot.name.as_str(), bin))
+        });
+        let bins: Vec<(&str, &BinRunReport)> = bins.collect();
+        let bins = TableColumns::new()
+            .with("<robot", |(robot, _): &&(&str, &BinRunReport)| {
+                (*robot).to_owned()
+            })
+            .with("<bin", |(_, bin)| bin.name.clone())
+            .with("picked", |(_, bin)| bin.picked.to_string())
+            .table(&bins);
+        format!("{classes}{bins}")
     }
 
     /// How many attempts of which robot failed, if any did.

@@ -24,7 +24,8 @@ Example:
   pickline pattern generate poisson --radius 0.2 --count 29 --area lognormal:80,0.5
   pickline pattern generate random --flow 60 --count 300 --output p.csv
   pickline pattern generate clustered --flow 60 --count 300 | pickline simulate --pattern -
-  pickline pattern generate profile --profile shift.csv --output p.csv")]
+  pickline pattern generate profile --profile shift.csv --output p.csv
+  pickline pattern generate random --station sorting --flow 120 --classes pet:0.6,wood:0.4")]
     Generate(Box<GenerateArgs>),
     /// Print the statistics of a pattern
     #[command(after_long_help = "\
@@ -84,6 +85,10 @@ pub(crate) struct GenerateArgs {
     /// linearly between rows
     #[arg(long, value_name = "FILE")]
     pub profile: Option<PathBuf>,
+    /// Classes of the items with their shares, such as pet:0.4,hdpe:0.3,wood:0.3; the rest has
+    /// none
+    #[arg(long, value_name = "CLASS:SHARE,...")]
+    pub classes: Option<String>,
     #[command(flatten)]
     pub feed: FeedArgs,
     /// Belt width [m] [default: the station's]

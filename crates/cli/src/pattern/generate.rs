@@ -4,9 +4,10 @@ use super::target::{write_pattern, written};
 use crate::args::{GenerateArgs, PatternKind, StationChoice};
 use crate::outputs;
 use crate::session::{Session, tell};
-use pickline::error::{Error, Result, counted, shown_number};
+use pickline::error::{Error, Result, counted, shown, shown_number};
 use pickline::pattern::{
-    Attributes, Feed, FeedShape, Feeder, Pattern, describe, grid, poisson_disk, random_stream,
+    Attributes, ClassShares, Feed, FeedShape, Feeder, Pattern, describe, grid, poisson_disk,
+    random_stream,
 };
 use pickline::plausible::BELT_WIDTH;
 use pickline::station::Belt;
@@ -23,7 +24,7 @@ const DEFAULT_FLOW: f64 = 60.0;
 pub(super) fn run(args: GenerateArgs, session: &Session) -> Result<()> {
     let plan = args.resolve()?;
     let pattern = plan.pattern()?;
-    plan.choice.check_pattern("the pattern", &pattern)?;
+    plan.choice.check_pattern("the pattern", &pattern, None)?;
     write_pattern(plan.output.as_deref(), &pattern, session)
 }
 
@@ -40,6 +41,7 @@ struct GeneratePlan {
     /// Number of items.
     count: Option<usize>,
     attributes: Attributes,
+    classes: Option<ClassShares>,
     seed: u64,
     output: Option<PathBuf>,
     quiet: bool,
@@ -53,6 +55,11 @@ impl GenerateArgs {
         outputs::check("pattern generate", self.force, &read, &targets)?;
         let belt = self.chosen_belt()?;
         let attributes = self.attributes.resolve()?;
+        let classes = self.classes.as_deref().map(|text| {
+            text.parse()
+                .map_err(|error: Error| error.at(&format!("--classes {}", shown(text))))
+        });
+        let classes = classes.transpose()?;
         let kind = self.kind.feed(self.profile.as_deref())?;
         self.check_distances(&kind)?;
         let shape = self.feed.shape(&[&kind], &self.station)?;
@@ -65,6 +72,7 @@ impl GenerateArgs {
             distance: self.spacing.or(self.radius),
             count: self.count,
             attributes,
+            classes,
             seed: self.seed,
             output,
             quiet: self.quiet,
@@ -131,7 +139,12 @@ impl GeneratePlan {
             Feed::PoissonDisk if by_distance => self.poisson_disk(&mut rng),
             _ => self.feed(&mut rng),
         };
-        self.attributes.apply(pattern?, &mut rng)
+        let pattern = self.attributes.apply(pattern?, &mut rng)?;
+        match &self.classes {
+            // A stream of their own, so that classes change nothing else.
+            Some(classes) => classes.apply(&pattern, &mut random_stream(self.seed, 1)),
+            None => Ok(pattern),
+        }
     }
 
     /// A grid, given by the distance between its items.
