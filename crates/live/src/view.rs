@@ -79,4 +79,10 @@ pub struct ClaimView {
     pub meet: [f64; 2],
     /// Timestamp at which the robot is expected to be free again [s].
     pub free_at: f64,
+    /// Where the robot leaves from [m]; none if it only ever leaves its only bin.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from: Option<[f64; 2]>,
+    /// Name of the bin that the item goes into; none if the robot has one bin for everything.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bin: Option<String>,
 }

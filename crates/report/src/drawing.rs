@@ -10,7 +10,7 @@
 //! | `legend.js` | the legend of the scene |
 
 use crate::palette::ROBOT_COLOURS;
-use pickline::station::Station;
+use pickline::station::{Robot, Station};
 use serde::Serialize;
 
 pub use crate::page::BASE_STYLE;
@@ -36,6 +36,28 @@ pub struct RobotData<'a> {
     grasp_time: f64,
     release_time: f64,
     colour: &'static str,
+    /// The bins of a robot that has several, or one with a name; `bin` is where it rests.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    bins: Vec<BinData<'a>>,
+}
+
+/// A bin as the scripts know it.
+#[derive(Serialize)]
+struct BinData<'a> {
+    name: &'a str,
+    at: [f64; 2],
+    release_time: f64,
+}
+
+/// The bins of `robot`, unless it has one for everything.
+fn bins_data(robot: &Robot) -> Vec<BinData<'_>> {
+    let bins = robot.bins.iter().filter(|_| !robot.has_only_bin());
+    bins.map(|bin| BinData {
+        name: &bin.name,
+        at: [bin.at.x, bin.at.y],
+        release_time: bin.release_time,
+    })
+    .collect()
 }
 
 /// The robots of `station`, upstream first.
@@ -51,6 +73,7 @@ pub fn robots_data(station: &Station) -> Vec<RobotData<'_>> {
             grasp_time: robot.grasp_time,
             release_time: robot.bins[0].release_time,
             colour,
+            bins: bins_data(robot),
         })
         .collect()
 }

@@ -151,7 +151,7 @@ fn data<'a>(scene: &Scene<'a>, name: &'a str, report: &'a RunReport) -> Data<'a>
                 id: &item.id,
                 x0: item.x0,
                 y: item.y,
-                weight: item.reward(),
+                weight: item.weight_on(station),
                 class: item.class.as_deref(),
                 windows,
             })

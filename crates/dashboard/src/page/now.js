@@ -28,6 +28,8 @@ function armNow(robot, claim, report, now) {
     release_s: claim.free_at,
     meet: claim.meet,
     item: claim.item,
+    from: claim.from,
+    bin: claim.bin,
   };
   const resting = armOnTrip(robot, null, now);
   if (!trip || down) return { ...resting, picked, down };

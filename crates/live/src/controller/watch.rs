@@ -1,6 +1,7 @@
 //! The view for the dashboard.
 
 use super::Controller;
+use crate::claims::Claim;
 use crate::clock::ClockKind;
 use crate::fate::Fate;
 use crate::items::Tracked;
@@ -72,6 +73,17 @@ impl Controller {
     fn show_claims(&self) -> Vec<ClaimView> {
         let stamp = |time: f64| self.stamp_of(time);
         let claims = self.tasks.holding();
+        let robots = self.station().robots();
+        let from = |claim: &Claim| {
+            let robot = &robots[claim.robot];
+            let place = robot.place(usize::from(claim.from));
+            (robot.places() > 1).then_some([place.x, place.y])
+        };
+        let bin = |claim: &Claim| {
+            let robot = &robots[claim.robot];
+            let bin = &robot.bins[usize::from(claim.bin)];
+            (!robot.has_only_bin()).then(|| bin.name.clone())
+        };
         let shown = claims.map(|claim| ClaimView {
             task: claim.task,
             revision: claim.revision,
@@ -87,6 +99,8 @@ impl Controller {
             meet_at: stamp(claim.meet_at),
             meet: [claim.meet.x, claim.meet.y],
             free_at: stamp(claim.free_at),
+            from: from(claim),
+            bin: bin(claim),
         });
         shown.collect()
     }

@@ -44,7 +44,11 @@ const reachWords = (robot) => `reach ${metres(robot.reach)}`;
  * `shift` further along it and `stride` lower. */
 function sceneView(station, width, mostHeight) {
   const { belt, robots } = station;
-  const places = robots.flatMap((robot) => [robot.base, robot.bin]);
+  const places = robots.flatMap((robot) => [
+    robot.base,
+    robot.bin,
+    ...binsOf(robot).map((bin) => bin.at),
+  ]);
   const xs = [0, belt.length, station.camera ?? 0, ...places.map(([x]) => x)];
   const ys = [-belt.width / 2, belt.width / 2, ...places.map(([, y]) => y)];
   const room = ROOM * (Math.max(...xs) - Math.min(...xs));
@@ -297,24 +301,27 @@ function drawMissed(ctx, x, y, radius, reason, theme) {
 
 function drawArm(ctx, view, robot, arm, theme) {
   const [baseX, baseY] = [view.x(robot.base[0]), view.y(robot.base[1])];
-  const [binX, binY] = [view.x(robot.bin[0]), view.y(robot.bin[1])];
   const [x, y] = [view.x(arm.x), view.y(arm.y)];
   ctx.strokeStyle = robot.colour;
   if (arm.meet) {
     const [meetX, meetY] = [view.x(arm.meet[0]), view.y(arm.meet[1])];
+    const ends = [arm.from ?? robot.bin];
+    if (arm.bin && String(arm.bin) !== String(ends[0])) ends.push(arm.bin);
     ctx.lineWidth = 1.5;
     ctx.setLineDash([2, 3]);
-    line(ctx, binX, binY, meetX, meetY);
+    for (const [endX, endY] of ends) line(ctx, view.x(endX), view.y(endY), meetX, meetY);
     ctx.setLineDash([]);
     line(ctx, meetX - 4, meetY, meetX + 4, meetY);
     line(ctx, meetX, meetY - 4, meetX, meetY + 4);
   }
   ctx.lineWidth = 2;
   ctx.fillStyle = theme.paper;
-  ctx.beginPath();
-  ctx.rect(binX - 8, binY - 5, 16, 10);
-  ctx.fill();
-  ctx.stroke();
+  for (const bin of binsOf(robot)) {
+    ctx.beginPath();
+    ctx.rect(view.x(bin.at[0]) - 8, view.y(bin.at[1]) - 5, 16, 10);
+    ctx.fill();
+    ctx.stroke();
+  }
   ctx.lineWidth = 3;
   line(ctx, baseX, baseY, x, y);
   drawBase(ctx, baseX, baseY, robot.colour, arm.down, theme);

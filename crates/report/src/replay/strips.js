@@ -41,13 +41,13 @@ function drawStrips(ctx, view, run, theme) {
 
 /** The phases of a pick, with their start and end [s]. */
 function phases(robot, pick) {
-  const travel = pick.grasp_s - pick.decide_s;
   const back = pick.grasp_s + robot.grasp_time;
+  const home = pick.release_s - binOf(robot, pick).release_time;
   return [
     ["out", pick.decide_s, pick.grasp_s],
     ["grasp", pick.grasp_s, back],
-    ["back", back, back + travel],
-    ["release", back + travel, pick.release_s],
+    ["back", back, home],
+    ["release", home, pick.release_s],
   ];
 }
 

@@ -26,7 +26,12 @@ function makeRun(data) {
     byId.get(failure.item).failures.push(failure);
     robots[failure.robot].trips.push(failure);
   }
-  for (const robot of robots) robot.trips.sort((a, b) => a.decide_s - b.decide_s);
+  for (const robot of robots) {
+    robot.trips.sort((a, b) => a.decide_s - b.decide_s);
+    robot.trips.forEach((trip, i) => {
+      trip.from = i ? binOf(robot, robot.trips[i - 1]).at : robot.bin;
+    });
+  }
   for (const miss of report.missed) {
     const item = byId.get(miss.item);
     const enters = -item.x0 / belt.speed;
@@ -84,7 +89,7 @@ function itemAt(run, item, arms, time) {
     state.robot = pick.robot;
     if (time >= pick.release_s) {
       state.fate = "picked";
-      [state.x, state.y] = run.robots[pick.robot].bin;
+      [state.x, state.y] = binOf(run.robots[pick.robot], pick).at;
     } else if (time >= pick.grasp_s) {
       state.fate = "carried";
       state.x = arms[pick.robot].x;
