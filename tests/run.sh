@@ -18,6 +18,8 @@ python3 tests/load/load.py --pickline "${CARGO_TARGET_DIR:-target}/debug/picklin
 python3 tests/load/latency.py --pickline "${CARGO_TARGET_DIR:-target}/debug/pickline" --seconds 10
 # Equilibria against an independent solver, which it installs under target/.
 bash tests/gambit/run.sh
+# Travel times of arms against a trajectory generator.
+bash tests/ruckig/run.sh
 # Recordings of live runs, read by the mcap package of Python.
 bash tests/mcap/run.sh
 # The unit and the manual pages, as systemd and groff read them.
