@@ -12,6 +12,7 @@ mod failures;
 mod flow;
 mod queueing;
 mod real_lines;
+mod real_station_files;
 mod rules;
 mod run;
 mod scenes;
