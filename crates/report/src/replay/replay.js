@@ -43,7 +43,8 @@ function draw() {
   slider.setAttribute("aria-valuetext", seconds(replay.time));
   byName("clock").textContent = `${replay.time.toFixed(1)} s of ${run.end.toFixed(1)} s`;
   const counts = countFates(state);
-  const words = FATES.map((fate) => `${counts[fate]} ${FATE_WORDS[fate]}`).join(", ");
+  const fates = FATES.filter((fate) => fate !== "left" || run.report.unwanted);
+  const words = fates.map((fate) => `${counts[fate]} ${FATE_WORDS[fate]}`).join(", ");
   byName("status").textContent = `${words}; ${rateUntil(run, replay.time).toFixed(1)} picks/min so far`;
   showStory(state, marked);
   if (replay.found >= 0) {

@@ -14,6 +14,7 @@ const FATE_WORDS = {
   carried: "carried",
   picked: "picked",
   missed: "missed",
+  left: "left on the belt",
 };
 // Maximum numbers of names and robots to list; the others are only counted.
 const MOST_NAMES = 3;

@@ -1,7 +1,8 @@
 // The run as a function of time: states as scene.js draws them, plus `time` [s], with items in
 // the order of the pattern. Nothing here draws or depends on the page.
 
-const FATES = ["coming", "waiting", "claimed", "carried", "picked", "missed"];
+// "left" is an item that is left on the belt on purpose.
+const FATES = ["coming", "waiting", "claimed", "carried", "picked", "missed", "left"];
 
 /** The page's data, with everything precomputed that each moment needs. */
 function makeRun(data) {
@@ -39,6 +40,11 @@ function makeRun(data) {
     const windows = item.windows.map((window) => window.close);
     const tries = item.failures.map((failure) => claimEnds(robots, failure));
     item.lost = [...windows, ...tries].reduce((last, time) => Math.max(last, time), enters);
+  }
+  for (const left of report.unwanted ?? []) {
+    const item = byId.get(left.item);
+    item.left = true;
+    item.reason = left.reason;
   }
   const releases = report.picks.map((pick) => pick.release_s).sort((a, b) => a - b);
   const attempts = [...report.picks, ...report.failures];
@@ -78,6 +84,11 @@ function itemAt(run, item, arms, time) {
     robot: null,
     reason: null,
   };
+  if (item.left) {
+    state.fate = state.x < 0 ? "coming" : "left";
+    state.reason = item.reason;
+    return state;
+  }
   const pick = item.pick;
   const failing = item.failures.find(
     (failure) => time >= failure.decide_s && time < claimEnds(run.robots, failure),
