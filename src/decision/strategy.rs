@@ -34,6 +34,15 @@ pub trait Strategy {
     fn trouble(&self) -> Option<String> {
         None
     }
+
+    /// Checks that the strategy is for a line of this number of robots. By default it is for any
+    /// number.
+    ///
+    /// # Errors
+    /// [`Usage`](crate::error::ErrorKind::Usage): the strategy was made for another number.
+    fn check_robots(&self, _robots: usize) -> Result<()> {
+        Ok(())
+    }
 }
 
 /// The answer of `strategy` to `snapshot`, after checking that the model allows it.
@@ -195,6 +204,7 @@ mod tests {
     fn strategies_look_and_have_no_trouble_unless_they_say_so() {
         assert!(Defaults.needs_view());
         assert_eq!(Defaults.trouble(), None);
+        assert!((1..4).all(|robots| Defaults.check_robots(robots).is_ok()));
         let message = ask(&mut Defaults, 1).unwrap_err().to_string();
         assert!(message.contains("silent: it has no answer"), "{message}");
     }

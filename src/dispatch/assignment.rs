@@ -45,13 +45,21 @@ impl RuleAssignment {
         self.0.iter().map(|rule| rule.name()).collect()
     }
 
-    /// Checks that there is one rule for each robot.
+    /// The same assignment, after checking that there is one rule for each robot.
     ///
     /// # Errors
     /// If the number of rules differs from the number of robots.
     pub fn for_robots(self, robots: usize) -> Result<Self> {
+        self.check_robots(robots).map(|()| self)
+    }
+
+    /// Checks that there is one rule for each robot.
+    ///
+    /// # Errors
+    /// If the number of rules differs from the number of robots.
+    pub(crate) fn check_robots(&self, robots: usize) -> Result<()> {
         if self.0.len() == robots {
-            return Ok(self);
+            return Ok(());
         }
         Err(Error::usage(
             format!("'strategy' {self}"),
@@ -96,7 +104,8 @@ impl FromStr for RuleAssignment {
     }
 }
 
-/// A strategy that follows a rule assignment. Robots beyond its end stay idle.
+/// A strategy that follows a rule assignment. Robots beyond its end stay idle when it is stepped;
+/// [`simulate`](crate::sim::simulate) requires one rule for each robot.
 #[derive(Debug, Clone)]
 pub struct RuleStrategy(pub RuleAssignment);
 
@@ -114,6 +123,10 @@ impl Strategy for RuleStrategy {
 
     fn needs_view(&self) -> bool {
         false
+    }
+
+    fn check_robots(&self, robots: usize) -> Result<()> {
+        self.0.check_robots(robots)
     }
 }
 

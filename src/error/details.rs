@@ -8,6 +8,13 @@ use std::fmt;
 use std::io;
 use std::path::PathBuf;
 
+/// What happened, and the error that caused it.
+#[derive(Debug)]
+pub(super) struct ErrorContent {
+    pub(super) details: Details,
+    pub(super) cause: Option<Box<dyn StdError + Send + Sync>>,
+}
+
 /// What a message is made of.
 #[derive(Debug)]
 pub(super) enum Details {
@@ -16,7 +23,6 @@ pub(super) enum Details {
         place: String,
         problem: String,
         cure: String,
-        source: Option<Box<dyn StdError + Send + Sync>>,
     },
     File {
         /// `read` or `write`.

@@ -25,7 +25,7 @@ pub enum ErrorKind {
     Path,
     /// Reading or writing failed although the path is usable: a full disk, a broken device.
     Io,
-    /// The operating system has no memory, thread or open file left.
+    /// The operating system could not provide something: memory, a thread, another open file.
     Resources,
     /// A strategy chose an action that the model forbids.
     IllegalAction,
@@ -39,8 +39,8 @@ pub enum ErrorKind {
 
 impl ErrorKind {
     /// The kind of a failure of the operating system to read or write a path: `Path` where another
-    /// path, or other rights to it, would help. Everything else is the machine's: a full disk, a
-    /// device that fails, too many open files.
+    /// path, or other rights to it, would help; `Resources` where too much is in use. Everything
+    /// else is `Io`: a full disk, a device that fails.
     pub(super) fn of_file(source: &io::Error) -> Self {
         use io::ErrorKind as System;
         match source.kind() {
@@ -58,7 +58,24 @@ impl ErrorKind {
             | System::ResourceBusy
             | System::NotSeekable
             | System::Unsupported => Self::Path,
+            System::OutOfMemory => Self::Resources,
+            _ if is_out_of_files(source) => Self::Resources,
             _ => Self::Io,
         }
     }
+}
+
+/// Whether the process or the whole system has too many files open. The standard library has no
+/// kind for this, only the code of the system.
+pub(super) fn is_out_of_files(source: &io::Error) -> bool {
+    let codes: &[i32] = if cfg!(windows) {
+        // ERROR_TOO_MANY_OPEN_FILES
+        &[4]
+    } else {
+        // ENFILE and EMFILE, the same on Linux, macOS and the BSDs
+        &[23, 24]
+    };
+    source
+        .raw_os_error()
+        .is_some_and(|code| codes.contains(&code))
 }

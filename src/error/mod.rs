@@ -19,7 +19,7 @@ pub use path_cure::nearest_file;
 pub use settings::spell_settings;
 pub use wording::{counted, grouped, known_names, nearest, rounded, shown, shown_number};
 
-use details::Details;
+use details::{Details, ErrorContent};
 use std::error::Error as StdError;
 use std::fmt;
 use std::io;
@@ -30,7 +30,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 
 /// Everything that can go wrong: a kind, a message with place, problem and cure, and the error
 /// beneath it where there is one.
-pub struct Error(Box<Details>);
+pub struct Error(Box<ErrorContent>);
 
 impl Error {
     /// Data that is not allowed ([`ErrorKind::Input`]): `place` says where in which file or part of
@@ -78,14 +78,20 @@ impl Error {
         )
     }
 
+    fn of(details: Details) -> Self {
+        Self(Box::new(ErrorContent {
+            details,
+            cause: None,
+        }))
+    }
+
     fn described(kind: ErrorKind, place: String, problem: String, cure: String) -> Self {
-        Self(Box::new(Details::Described {
+        Self::of(Details::Described {
             kind,
             place,
             problem,
             cure,
-            source: None,
-        }))
+        })
     }
 
     /// A file that could not be read.
@@ -99,40 +105,40 @@ impl Error {
     }
 
     fn file(action: &'static str, path: &Path, source: io::Error) -> Self {
-        Self(Box::new(Details::File {
+        Self::of(Details::File {
             action,
             path: path.to_owned(),
             source,
-        }))
+        })
     }
 
     /// An action that the model forbids, chosen at `time` [s] for the robot of that name.
     pub fn illegal_action(time: f64, robot: impl Into<String>, problem: impl Into<String>) -> Self {
-        Self(Box::new(Details::IllegalAction {
+        Self::of(Details::IllegalAction {
             time,
             robot: robot.into(),
             problem: problem.into(),
-        }))
+        })
     }
 
     /// A result that a check rejects.
     pub fn refuted(problem: impl Into<String>) -> Self {
-        Self(Box::new(Details::Refuted(problem.into())))
+        Self::of(Details::Refuted(problem.into()))
     }
 
     /// The user stopped the work before the first result.
     pub fn interrupted() -> Self {
-        Self(Box::new(Details::Interrupted))
+        Self::of(Details::Interrupted)
     }
 
     /// A state that the library's own code should have excluded.
     pub fn internal(problem: impl Into<String>) -> Self {
-        Self(Box::new(Details::Internal(problem.into())))
+        Self::of(Details::Internal(problem.into()))
     }
 
     /// What sort of failure it is.
     pub fn kind(&self) -> ErrorKind {
-        match &*self.0 {
+        match &self.0.details {
             Details::Described { kind, .. } => *kind,
             Details::File { source, .. } => ErrorKind::of_file(source),
             Details::IllegalAction { .. } => ErrorKind::IllegalAction,
@@ -150,7 +156,7 @@ impl Error {
     /// Where it went wrong: file with line and key, or setting. `None` for failures that are at no
     /// such place.
     pub fn place(&self) -> Option<&str> {
-        match &*self.0 {
+        match &self.0.details {
             Details::Described { place, .. } => Some(place),
             Details::File { path, .. } => path.to_str(),
             _ => None,
@@ -159,7 +165,7 @@ impl Error {
 
     /// The problem alone, for a message that has its own place and cure.
     pub fn problem(&self) -> String {
-        match &*self.0 {
+        match &self.0.details {
             Details::Described { problem, .. } | Details::IllegalAction { problem, .. } => {
                 problem.clone()
             }
@@ -167,12 +173,10 @@ impl Error {
         }
     }
 
-    /// The same error with the error that caused it.
+    /// The same error with the error that caused it, which replaces any earlier cause.
     #[must_use]
     pub fn caused_by(mut self, cause: impl Into<Box<dyn StdError + Send + Sync>>) -> Self {
-        if let Details::Described { source, .. } = &mut *self.0 {
-            *source = Some(cause.into());
-        }
+        self.0.cause = Some(cause.into());
         self
     }
 
@@ -192,7 +196,7 @@ impl Error {
 
     /// The same error with the kind `to` if its kind is `from`.
     fn with_kind(mut self, from: ErrorKind, to: ErrorKind) -> Self {
-        if let Details::Described { kind, .. } = &mut *self.0
+        if let Details::Described { kind, .. } = &mut self.0.details
             && *kind == from
         {
             *kind = to;
@@ -203,7 +207,7 @@ impl Error {
     /// The same error attributed to another place, such as the setting that gives the key.
     #[must_use]
     pub fn at(mut self, elsewhere: &str) -> Self {
-        if let Details::Described { place, .. } = &mut *self.0 {
+        if let Details::Described { place, .. } = &mut self.0.details {
             *place = elsewhere.to_owned();
         }
         self
@@ -213,7 +217,7 @@ impl Error {
     /// item.
     #[must_use]
     pub fn inside(mut self, whole: &str) -> Self {
-        if let Details::Described { place, .. } = &mut *self.0 {
+        if let Details::Described { place, .. } = &mut self.0.details {
             *place = format!("{whole}: {place}");
         }
         self
@@ -228,7 +232,7 @@ impl Error {
             problem,
             cure,
             ..
-        } = &mut *self.0
+        } = &mut self.0.details
         {
             for text in [place, problem, cure] {
                 *text = spell_settings(text, &spelling);
@@ -240,22 +244,22 @@ impl Error {
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::Display::fmt(&*self.0, f)
+        fmt::Display::fmt(&self.0.details, f)
     }
 }
 
 impl fmt::Debug for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::Debug::fmt(&*self.0, f)
+        fmt::Debug::fmt(&self.0, f)
     }
 }
 
 impl StdError for Error {
     fn source(&self) -> Option<&(dyn StdError + 'static)> {
-        match &*self.0 {
-            Details::Described { source, .. } => Some(source.as_deref()?),
-            Details::File { source, .. } => Some(source),
-            _ => None,
+        match (&self.0.cause, &self.0.details) {
+            (Some(cause), _) => Some(&**cause),
+            (None, Details::File { source, .. }) => Some(source),
+            (None, _) => None,
         }
     }
 }
@@ -298,9 +302,10 @@ mod tests {
         for source in [System::NotFound, System::PermissionDenied] {
             assert_eq!(kind(source), ErrorKind::Path, "{source:?}");
         }
-        for source in [System::StorageFull, System::OutOfMemory, System::Other] {
+        for source in [System::StorageFull, System::Other] {
             assert_eq!(kind(source), ErrorKind::Io, "{source:?}");
         }
+        assert_eq!(kind(System::OutOfMemory), ErrorKind::Resources);
         assert!(Error::interrupted().is_interrupted());
     }
 
@@ -312,6 +317,45 @@ mod tests {
         assert_eq!(error.to_string(), "a.toml: not a number\n  cure: give one");
         let error = Error::read(Path::new("a"), io::ErrorKind::NotFound.into());
         assert!(error.source().unwrap().is::<io::Error>());
+        for error in [
+            error,
+            Error::illegal_action(1.0, "r1", "a"),
+            Error::refuted("a"),
+            Error::interrupted(),
+            Error::internal("a"),
+        ] {
+            let message = error.to_string();
+            let error = error.caused_by(number.clone());
+            assert_eq!(error.source().unwrap().to_string(), number.to_string());
+            assert_eq!(error.to_string(), message);
+        }
+    }
+
+    /// The limits on files are the machine's: another path does not help.
+    #[cfg(unix)]
+    #[test]
+    fn too_many_open_files_are_a_lack_of_resources() {
+        for code in [23, 24] {
+            let source = io::Error::from_raw_os_error(code);
+            let error = Error::read(Path::new("src"), source);
+            assert_eq!(error.kind(), ErrorKind::Resources);
+            let message = error.to_string();
+            assert!(message.contains("cure: close other programs"), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_path_through_a_file_names_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        std::fs::write(&file, "").unwrap();
+        let cure = format!("cure: {} is not a folder", file.display());
+        for path in [file.clone(), file.join("a"), file.join("a/b")] {
+            let message = Error::write(&path, io::ErrorKind::NotADirectory.into()).to_string();
+            assert!(message.contains(&cure), "{message}");
+        }
+        let none = Error::write(Path::new("none"), io::ErrorKind::NotADirectory.into());
+        assert!(none.to_string().contains("check that the path exists"));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Cures for paths that cannot be read or written.
 
+use super::kind::is_out_of_files;
 use super::wording::{nearest, shown};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,6 +10,8 @@ use std::path::{Path, PathBuf};
 pub(super) fn io_cure(action: &str, path: &Path, source: &io::Error) -> String {
     use io::ErrorKind;
     let folder = folder_of(path);
+    let usual =
+        || format!("check that the path exists and that you have permission to {action} it");
     match source.kind() {
         ErrorKind::NotFound if !folder.exists() => {
             format!(
@@ -21,13 +24,27 @@ pub(super) fn io_cure(action: &str, path: &Path, source: &io::Error) -> String {
             None => "the file does not exist; check the path".into(),
         },
         ErrorKind::IsADirectory => "this is a folder; give the path of a file".into(),
+        ErrorKind::NotADirectory => match not_a_folder(path) {
+            Some(file) => format!("{} is not a folder; choose another path", file.display()),
+            None => usual(),
+        },
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
             "free some disk space, or choose a path on another disk".into()
         }
         ErrorKind::ReadOnlyFilesystem => "choose a path on a disk that is not read-only".into(),
         ErrorKind::InvalidFilename => "choose a shorter file name".into(),
-        _ => format!("check that the path exists and that you have permission to {action} it"),
+        ErrorKind::OutOfMemory => "close other programs to free some memory".into(),
+        _ if is_out_of_files(source) => {
+            "close other programs, or raise the limit of open files (ulimit -n)".into()
+        }
+        _ => usual(),
     }
+}
+
+/// The part of `path`, or all of it, that exists but is not a folder.
+fn not_a_folder(path: &Path) -> Option<&Path> {
+    let mut parts = path.ancestors();
+    parts.find(|part| part.exists() && !part.is_dir())
 }
 
 fn folder_of(path: &Path) -> &Path {

@@ -8,6 +8,7 @@ use super::plan::PickPlan;
 use super::rollout::{Bases, Beam, BestPlan, Rollout};
 use super::search::Improver;
 use crate::decision::{Action, Snapshot, Strategy};
+use crate::error::Result;
 use crate::pattern::random_stream;
 
 /// Plans for all robots over the items in view, again at every decision.
@@ -148,5 +149,9 @@ impl Strategy for Lookahead {
 
     fn name(&self) -> String {
         self.options.written()
+    }
+
+    fn check_robots(&self, robots: usize) -> Result<()> {
+        self.options.check_robots(robots)
     }
 }

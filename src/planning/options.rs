@@ -112,6 +112,17 @@ impl LookaheadOptions {
         WrittenOptions::read(text)?.on(robots, allowance)
     }
 
+    /// Checks that every base has one rule for each robot.
+    ///
+    /// # Errors
+    /// A base for another number of robots.
+    pub(crate) fn check_robots(&self, robots: usize) -> Result<()> {
+        let mut bases = self.bases.iter();
+        bases
+            .try_for_each(|rules| rules.check_robots(robots))
+            .map_err(|error| error.at(&place("bases")))
+    }
+
     /// Sets the option `key`.
     fn set(&mut self, key: &str, value: &str) -> Result<()> {
         match key {
@@ -245,9 +256,7 @@ impl WrittenOptions {
     /// # Errors
     /// Bases for another number of robots, or a second budget.
     pub(crate) fn on(&self, robots: usize, allowance: Allowance) -> Result<LookaheadOptions> {
-        let bases = self.options.bases.iter().cloned();
-        let bases: Result<_> = bases.map(|rules| rules.for_robots(robots)).collect();
-        let bases = bases.map_err(|error| error.at(&place("bases")))?;
+        self.options.check_robots(robots)?;
         let budget = match (self.budget_key, allowance.asked) {
             (Some(key), Some(_)) => {
                 let problem = "is given together with 'budget_ms'".to_owned();
@@ -258,7 +267,6 @@ impl WrittenOptions {
         };
         Ok(LookaheadOptions {
             budget,
-            bases,
             ..self.options.clone()
         })
     }

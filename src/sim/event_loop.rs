@@ -10,7 +10,7 @@ use crate::error::Result;
 /// Simulates `strategy` on `scene`.
 ///
 /// # Errors
-/// If the strategy takes an action that the model forbids.
+/// If the strategy is for another number of robots, or takes an action that the model forbids.
 pub fn simulate(scene: &Scene, strategy: &mut dyn Strategy) -> Result<Outcome> {
     let mut run = Run::new(scene);
     run.play(strategy)?;
@@ -38,6 +38,7 @@ pub fn simulate_observed(
     let Some(observer) = observer else {
         return simulate(scene, strategy);
     };
+    strategy.check_robots(scene.station().robots().len())?;
     let mut announcer = Announcer::new(observer);
     let mut run = Run::new(scene);
     run.look(strategy.needs_view());

@@ -247,8 +247,14 @@ impl<'a> Run<'a> {
     /// Lets `strategy` make all remaining decisions.
     ///
     /// # Errors
-    /// If the strategy takes an action that the model forbids.
+    /// If the strategy is for another number of robots, or takes an action that the model forbids.
     pub fn play(&mut self, strategy: &mut dyn Strategy) -> Result<()> {
+        strategy.check_robots(self.scene.station().robots().len())?;
+        self.play_on(strategy)
+    }
+
+    /// Like [`Run::play`], also for a strategy that leaves the last robots idle.
+    pub(super) fn play_on(&mut self, strategy: &mut dyn Strategy) -> Result<()> {
         self.look(strategy.needs_view());
         while let Some(snapshot) = self.next_decision() {
             let action = answer(strategy, &snapshot)?;

@@ -134,7 +134,8 @@ impl AssignmentTree {
                     return Ok(false);
                 }
                 run.reset();
-                run.play(&mut RuleStrategy(assignment.clone()))?;
+                // Robots beyond the end of the assignment stay idle.
+                run.play_on(&mut RuleStrategy(assignment.clone()))?;
                 let each = run.robots().iter().map(|robot| robot.picked);
                 picks.iter_mut().zip(each).for_each(|(to, n)| *to = n);
                 visit(place, run.figures(), &picks);

@@ -16,7 +16,7 @@ fn play(late: f64, camera_delay_ms: f64, says_where: bool) -> (usize, usize, Vec
         .with_clock(ClockKind::Messages)
         .with_camera_delay(1e-3 * camera_delay_ms);
     let strategy = read_alone("SPT,FIFO", 2).unwrap().make();
-    let mut line = Line(Controller::new(station, strategy, config));
+    let mut line = Line(Controller::new(station, strategy, config).unwrap());
     let speed = 0.3;
     line.say(&format!(r#""kind":"belt","stamp":100,"speed":{speed}"#));
     for name in ["r1", "r2"] {
@@ -107,7 +107,7 @@ fn an_indexing_belt_shifts_items_by_its_speed_when_the_picture_was_taken() {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
     let config = Config::default().with_clock(ClockKind::Messages);
     let strategy = read_alone("SPT,FIFO", 2).unwrap().make();
-    let mut line = Line(Controller::new(station, strategy, config));
+    let mut line = Line(Controller::new(station, strategy, config).unwrap());
     for name in ["r1", "r2"] {
         line.say(&format!(
             r#""kind":"robot","stamp":100,"name":"{name}","state":"idle""#

@@ -12,7 +12,7 @@ fn line() -> Line {
     let station = three::station_of(&["delta-1"]);
     let config = Config::default().with_clock(ClockKind::Messages);
     let strategy = read_alone("FIFO", 1).unwrap().make();
-    let mut line = Line(Controller::new(station, strategy, config));
+    let mut line = Line(Controller::new(station, strategy, config).unwrap());
     line.say(r#""kind":"robot","stamp":1000,"name":"delta-1","state":"idle""#);
     line
 }

@@ -52,7 +52,7 @@ struct World {
 
 impl World {
     fn new() -> Self {
-        let mut controller = Controller::new(station(), strategy(), config());
+        let mut controller = Controller::new(station(), strategy(), config()).unwrap();
         let mut state = LineState::default();
         state.apply(controller.whole());
         let mut world = Self {

@@ -260,6 +260,7 @@ fn decisions_are_timed() {
         crate::support::three::strategy(),
         Config::default(),
     )
+    .unwrap()
     .with_stopwatch(Box::new(stopwatch));
     let mut line = Three::of(controller);
     let start = 1.75e9;

@@ -317,7 +317,7 @@ fn stamps_are_those_of_whoever_reads_them() {
     let start = 1.75e9;
     // By how much the robot's clock is ahead, and that of the machine.
     for (own, ahead) in [(0.0, 0.0), (3.0, 0.0), (3.0, 100.0), (0.0, -5.0)] {
-        let mut line = Three::of(Controller::new(station(), strategy(), config.clone()));
+        let mut line = Three::of(Controller::new(station(), strategy(), config.clone()).unwrap());
         let hear = |line: &mut Three, clock: f64, now: f64, fields: &str| {
             let stamp = start + now + clock;
             let message = Three::message(&format!(r#""stamp":{stamp},{fields}"#));
@@ -417,7 +417,7 @@ fn a_report_counts_what_was_read() {
     line.controller.stop();
     assert_eq!(line.status().seen, 2);
     // Before the first message it is no time at all.
-    let controller = Controller::new(station(), strategy(), config());
+    let controller = Controller::new(station(), strategy(), config()).unwrap();
     assert_eq!(controller.status(false, 0).stamp, 0.0);
 }
 

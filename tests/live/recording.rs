@@ -45,7 +45,7 @@ fn stream() -> Vec<u8> {
     let mut emulator = Emulator::new(station.clone(), pattern, trouble).unwrap();
     let config = Config::default().with_clock(ClockKind::Messages);
     let strategy = read_alone("SPT,FIFO", 2).unwrap().make();
-    let mut controller = Controller::new(station, strategy, config);
+    let mut controller = Controller::new(station, strategy, config).unwrap();
     let (mut stream, mut due) = (String::new(), None);
     loop {
         let round = emulator.round(due);

@@ -22,7 +22,7 @@ fn config() -> Config {
 
 fn new(station: &Station) -> Controller {
     let strategy = read_alone("SPT,FIFO", 2).unwrap().make();
-    Controller::new(station.clone(), strategy, config())
+    Controller::new(station.clone(), strategy, config()).unwrap()
 }
 
 fn restore(station: &Station, state: LineState) -> Controller {

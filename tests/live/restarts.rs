@@ -67,7 +67,7 @@ fn a_line_that_is_taken_up_says_nothing_and_counts_on() {
 /// A line that never heard its belt goes on at once: it moves as its file says.
 #[test]
 fn a_line_without_an_encoder_goes_on_at_once() {
-    let mut line = Three::of(Controller::new(station(), strategy(), config()));
+    let mut line = Three::of(Controller::new(station(), strategy(), config()).unwrap());
     line.robot(100.0, "delta-1", "idle");
     line.tick(100.0);
     let mut again = take_up(whole(&mut line), config(), None);
@@ -81,7 +81,7 @@ fn a_line_without_an_encoder_goes_on_at_once() {
 #[test]
 fn a_journal_of_the_future_is_refused() {
     let start = 1.75e9;
-    let mut line = Three::of(Controller::new(station(), strategy(), Config::default()));
+    let mut line = Three::of(Controller::new(station(), strategy(), Config::default()).unwrap());
     line.controller.advance(start);
     line.robot(start, "delta-1", "idle");
     line.controller.advance(start + 100.0);
@@ -312,7 +312,7 @@ fn whose_time_it_is() {
     for clock in [ClockKind::Messages, ClockKind::System] {
         let by_messages = clock == ClockKind::Messages;
         let config = Config::default().with_clock(clock);
-        let controller = Controller::new(station(), strategy(), config);
+        let controller = Controller::new(station(), strategy(), config).unwrap();
         let mut line = Three::of(controller);
         let start = 1.75e9;
         if !by_messages {
@@ -388,7 +388,7 @@ fn no_item_is_forgotten_before_the_belt_is_heard() {
 /// acknowledged is sent as things are now, and a cancel is repeated later.
 #[test]
 fn what_was_open_goes_on_at_once() {
-    let controller = Controller::new(station(), strategy(), config());
+    let controller = Controller::new(station(), strategy(), config()).unwrap();
     let mut line = Three::of(controller);
     for robot in ["delta-1", "scara-2"] {
         line.robot(100.0, robot, "idle");
@@ -407,7 +407,7 @@ fn what_was_open_goes_on_at_once() {
 /// A state is stamped by the machine's clock, which whoever goes on reads.
 #[test]
 fn a_state_is_stamped_by_the_machines_clock() {
-    let mut line = Three::of(Controller::new(station(), strategy(), Config::default()));
+    let mut line = Three::of(Controller::new(station(), strategy(), Config::default()).unwrap());
     line.controller.advance(1.75e9);
     line.controller.set_clock_ahead(100.0);
     let json = serde_json::to_value(line.controller.whole()).unwrap();
@@ -419,7 +419,7 @@ fn a_state_is_stamped_by_the_machines_clock() {
 #[test]
 fn a_clock_that_is_set_moves_all_stamps() {
     let start = 1.75e9;
-    let mut line = Three::of(Controller::new(station(), strategy(), Config::default()));
+    let mut line = Three::of(Controller::new(station(), strategy(), Config::default()).unwrap());
     line.controller.advance(start);
     line.robot(start, "delta-1", "idle");
     line.see(start, "a", 1.0, 0.0);

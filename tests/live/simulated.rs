@@ -16,7 +16,7 @@ fn station(name: &str, robots: usize) -> Station {
 
 fn controller(station: &Station, strategy: &Blueprint) -> Controller {
     let config = Config::default().with_clock(ClockKind::Messages);
-    Controller::new(station.clone(), strategy.make(), config)
+    Controller::new(station.clone(), strategy.make(), config).unwrap()
 }
 
 /// What came of a whole run.

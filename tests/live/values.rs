@@ -162,7 +162,7 @@ fn no_pick_is_lost_by_a_place_or_a_time_that_cannot_be() {
         let strategy = pickline::strategies::read_alone("SPT,FIFO", 2).unwrap();
         let config = Config::default().with_clock(ClockKind::Messages);
         let station = station.station(Some(2)).unwrap();
-        let mut line = Controller::new(station, strategy.make(), config);
+        let mut line = Controller::new(station, strategy.make(), config).unwrap();
         let mut say = |fields: &str| {
             let message: Incoming = decode(format!("{{{fields}}}").as_bytes()).unwrap();
             line.handle(message).unwrap();

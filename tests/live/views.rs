@@ -144,7 +144,8 @@ fn a_view_says_whose_clock_it_is() {
             crate::support::three::station(),
             crate::support::three::strategy(),
             config().with_clock(pickline_live::ClockKind::System),
-        ),
+        )
+        .unwrap(),
         said: Vec::new(),
     };
     assert!(line.controller.view(0).steady);

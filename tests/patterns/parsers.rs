@@ -235,7 +235,7 @@ fn use_messages(text: &str) {
     for clock in [ClockKind::Messages, ClockKind::System] {
         let config = Config::default().with_clock(clock);
         let strategy = pickline::strategies::read_alone("SPT,FIFO", 2).unwrap();
-        let mut controller = Controller::new(station.clone(), strategy.make(), config);
+        let mut controller = Controller::new(station.clone(), strategy.make(), config).unwrap();
         controller.advance(0.0);
         for line in text.lines() {
             let _ = decode_outgoing(line.as_bytes());

@@ -1,9 +1,10 @@
 //! The two engines and a plain transcription of the model page agree pick by pick.
 
+use crate::FirstRobots;
 use crate::common;
 use pickline::checker;
 use pickline::decision::{Action, Figures, Outcome, Pick, Snapshot, Strategy};
-use pickline::dispatch::{RuleAssignment, RuleStrategy};
+use pickline::dispatch::RuleAssignment;
 use pickline::pattern::{Item, Pattern, grid};
 use pickline::sim::{AssignmentTree, Cascade, Scene, simulate, simulate_rules};
 use pickline::station::{Robot, Station, built_in};
@@ -267,7 +268,7 @@ fn the_tree_gives_every_assignment_the_figures_of_its_own_run() {
         let mut seen = 0;
         tree.evaluate(&scene, |place, figures| {
             let rules = &tree.assignments()[place];
-            let alone = simulate(&scene, &mut RuleStrategy(rules.clone())).unwrap();
+            let alone = simulate(&scene, &mut FirstRobots::new(rules)).unwrap();
             assert_eq!(figures, alone.figures, "{rules}");
             assert_eq!(place, seen);
             seen += 1;

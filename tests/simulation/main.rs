@@ -20,3 +20,29 @@ mod station_files;
 mod station_warnings;
 mod stations;
 mod throughput;
+
+use pickline::decision::{Action, Snapshot, Strategy};
+use pickline::dispatch::{RuleAssignment, RuleStrategy};
+
+/// The rules of the first robots of a line; the others stay idle.
+struct FirstRobots(RuleStrategy);
+
+impl FirstRobots {
+    fn new(rules: &RuleAssignment) -> Self {
+        Self(RuleStrategy(rules.clone()))
+    }
+}
+
+impl Strategy for FirstRobots {
+    fn decide(&mut self, snapshot: &Snapshot) -> Action {
+        self.0.decide(snapshot)
+    }
+
+    fn name(&self) -> String {
+        self.0.name()
+    }
+
+    fn needs_view(&self) -> bool {
+        self.0.needs_view()
+    }
+}

@@ -1,12 +1,15 @@
 //! The dispatching rules one by one on candidates whose keys are reckoned by hand, and how
 //! assignments of them are written.
 
+use crate::FirstRobots;
 use nalgebra::Point2;
 use pickline::decision::{Candidate, Moment, Strategy};
 use pickline::dispatch::{Rule, RuleAssignment, RuleStrategy};
+use pickline::error::ErrorKind;
 use pickline::pattern::{Item, Pattern};
-use pickline::sim::{Scene, simulate};
+use pickline::sim::{Run, Scene, Trace, simulate, simulate_observed};
 use pickline::station::{Belt, Robot, Station};
+use pickline::strategies::read_alone;
 
 /// Base and bin stand apart, so that distance and processing time rank differently.
 fn station() -> Station {
@@ -139,10 +142,58 @@ fn robots_without_a_rule_stand_idle() {
     let pattern = Pattern::new(items.collect()).unwrap();
     let scene = Scene::new(&station, &pattern).unwrap();
     let picks = |rules: &str| {
-        let outcome = simulate(&scene, &mut RuleStrategy(rules.parse().unwrap())).unwrap();
+        let mut strategy = FirstRobots::new(&rules.parse().unwrap());
+        let outcome = simulate(&scene, &mut strategy).unwrap();
         [0, 1].map(|robot| outcome.robots[robot].picked)
     };
     let [first, second] = picks("FIFO");
     assert!(first > 0 && second == 0, "{first}, {second}");
     assert!(picks("FIFO,FIFO")[1] > 0);
+}
+
+/// Both the general engine and a run that plays to its end refuse it, with and without an observer.
+#[test]
+fn strategies_for_another_number_of_robots_are_refused() {
+    let station = station();
+    let pattern = Pattern::new(vec![Item::at("a", 0.0, 0.0)]).unwrap();
+    let scene = Scene::new(&station, &pattern).unwrap();
+    for (text, robots, message) in [
+        (
+            "rules:SPT",
+            1,
+            "'strategy' [SPT]: 1 rule for 2 robots\n  cure: give one rule for each robot, upstream \
+             first",
+        ),
+        (
+            "lookahead",
+            1,
+            "'strategy' lookahead:bases: 1 rule for 2 robots\n  cure: give one rule for each robot, \
+             upstream first",
+        ),
+        (
+            "lookahead",
+            3,
+            "'strategy' lookahead:bases: 3 rules for 2 robots\n  cure: give one rule for each \
+             robot, upstream first",
+        ),
+    ] {
+        let make = || read_alone(text, robots).unwrap().make();
+        let observed = {
+            let mut trace = Trace::new(&station, &pattern);
+            simulate_observed(&scene, make().as_mut(), Some(&mut trace)).map(|_| ())
+        };
+        for result in [
+            simulate(&scene, make().as_mut()).map(|_| ()),
+            Run::new(&scene).play(make().as_mut()),
+            observed,
+        ] {
+            let error = result.unwrap_err();
+            assert_eq!(error.kind(), ErrorKind::Usage);
+            assert_eq!(error.to_string(), message);
+        }
+    }
+    for text in ["rules:SPT,SPT", "lookahead"] {
+        let mut strategy = read_alone(text, 2).unwrap().make();
+        simulate(&scene, strategy.as_mut()).unwrap();
+    }
 }

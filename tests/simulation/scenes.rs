@@ -1,9 +1,10 @@
 //! Scenes and what is made of them: windows and their overlaps, what is in view, assignments
 //! as a tree.
 
+use crate::FirstRobots;
 use crate::events::{items, line};
 use pickline::decision::{Action, Snapshot, Strategy};
-use pickline::dispatch::{RuleAssignment, RuleStrategy};
+use pickline::dispatch::RuleAssignment;
 use pickline::sim::{
     AssignmentTree, Cascade, Conditions, Disturbances, Scene, simulate, simulate_rules,
 };
@@ -189,8 +190,8 @@ fn trees_tell_the_picks_of_each_robot_and_stop_when_asked() {
             &scene,
             || true,
             |place, figures, picks| {
-                let rules = tree.assignments()[place].clone();
-                let alone = simulate(&scene, &mut RuleStrategy(rules)).unwrap();
+                let rules = &tree.assignments()[place];
+                let alone = simulate(&scene, &mut FirstRobots::new(rules)).unwrap();
                 let each: Vec<usize> = alone.robots.iter().map(|robot| robot.picked).collect();
                 assert_eq!((figures, picks), (alone.figures, &each[..]));
                 visited += 1;

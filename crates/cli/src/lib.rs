@@ -46,6 +46,7 @@ use args::{Cli, Command};
 use clap::{CommandFactory as _, Parser as _};
 use pickline::error::{Error, ErrorKind, Result};
 use session::Session;
+use std::io::Write as _;
 use std::process::ExitCode;
 
 /// Exit code: success.
@@ -71,8 +72,7 @@ pub fn main() -> ExitCode {
             session::tell(&format!("pickline: {}", not_text(std::env::args_os())));
             return ExitCode::from(USAGE);
         }
-        // clap prints help, version and usage errors itself, the last with exit code 2.
-        Err(error) => error.exit(),
+        Err(error) => return print_clap(&error),
     };
     // A path need not be Unicode; the recorded command line shows it lossily.
     let arguments = std::env::args_os().skip(1);
@@ -86,6 +86,20 @@ pub fn main() -> ExitCode {
             session.complain(&format!("pickline: {}", error.spell_settings(flags::flag)));
             ExitCode::from(code)
         }
+    }
+}
+
+/// Prints what clap returns instead of arguments: help and version, which are results, or a usage
+/// error with exit code 2.
+fn print_clap(error: &clap::Error) -> ExitCode {
+    let printed = error.print().and_then(|()| std::io::stdout().flush());
+    match printed.or_else(session::unless_closed) {
+        Err(failure) if !error.use_stderr() => {
+            session::tell(&format!("pickline: {failure}"));
+            ExitCode::from(FAILED)
+        }
+        _ if error.use_stderr() => ExitCode::from(USAGE),
+        _ => ExitCode::from(DONE),
     }
 }
 

@@ -1,10 +1,10 @@
-//! Shared by `run` and `emulate`: the transport, the signals, checks of values.
+//! Shared by `run` and `emulate`: the transport, the signals.
 
 use super::access::TcpAddresses;
 use super::args::{ClockArg, LogFormatArg, TransportArgs};
 use super::log::Style;
 use super::remarks::Remarks;
-use pickline::error::{Error, Result, shown_number};
+use pickline::error::Result;
 use pickline::station::Station;
 use pickline_live::ClockKind;
 use pickline_live::node::Connections;
@@ -153,21 +153,4 @@ pub(crate) fn is_same_place(one: &str, other: &str) -> bool {
         };
         others.iter().find(same).is_some()
     })
-}
-
-/// Checks that a flag's value is in its range.
-///
-/// # Errors
-/// A value outside the range.
-pub(crate) fn check_range(flag: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<()> {
-    if (low..=high).contains(&value) {
-        return Ok(());
-    }
-    let problem = format!("{} is out of range", shown_number(value));
-    let (low, high) = (shown_number(low), shown_number(high));
-    Err(Error::usage(
-        flag,
-        problem,
-        format!("give {low} to {high} {unit}"),
-    ))
 }

@@ -101,14 +101,14 @@ impl ReplayPlan {
             0.0
         };
         let config = config.with_clock(clock).with_status_every(status_every);
-        let controller = match reader.state.take() {
+        let made = match reader.state.take() {
             None => Controller::new(station, strategy, config),
             Some(state) => {
                 let stamp = heading.restored_at;
-                let made = Controller::restore(station, strategy, config, state, stamp);
-                made.map_err(|error| error.inside(name))?
+                Controller::restore(station, strategy, config, state, stamp)
             }
         };
+        let controller = made.map_err(|error| error.inside(name).into_input())?;
         Ok((controller, clock))
     }
 }

@@ -3,7 +3,7 @@
 use super::access::TcpAddresses;
 use super::args::{DialectArg, RunArgs};
 use super::dashboard::{Screen, Served};
-use super::live::{check_range, is_same_place, stop_flag};
+use super::live::{is_same_place, stop_flag};
 use super::live_strategy::{allowance, live_strategy};
 use super::monitor::RunMonitor;
 use super::notify::Notify;
@@ -12,7 +12,7 @@ use super::remarks::Remarks;
 use super::replay::ReplayPlan;
 use super::session::Session;
 use super::settings::{default_strategy, parse_strategy};
-use pickline::error::{Error, Result, shown};
+use pickline::error::{Error, Result, shown, shown_number};
 use pickline::files;
 use pickline::plausible::{DECISION_TIME, TIMEOUT, TOLERANCE};
 use pickline::station::Station;
@@ -21,7 +21,7 @@ use pickline::study::{BlueprintOptions, policy_distance};
 use pickline_live::node::{self, Connections, NodeOptions, RunOrigin, unix_now};
 use pickline_live::protocol::{check_station, schema};
 use pickline_live::transport::{Dialect, Side};
-use pickline_live::{ClockKind, Config, Timeouts};
+use pickline_live::{ClockKind, Config, Timeouts, lead_times};
 use pickline_report::json_text;
 
 /// The program's name and version, as recorded.
@@ -86,7 +86,6 @@ impl RunArgs {
         let transport = &self.transport;
         let remarks = transport.remarks();
         session.log_into(remarks.log());
-        self.check_values()?;
         self.check_addresses()?;
         self.check_belt_request()?;
         self.check_files()?;
@@ -98,6 +97,7 @@ impl RunArgs {
             None => default_strategy(saved, station.robots().len()),
         };
         let options = self.node_options(session, &station, &text)?;
+        self.warn_of_values()?;
         let planning = BlueprintOptions::default()
             .with_seed(self.seed)
             .with_allowance(allowance);
@@ -125,6 +125,9 @@ impl RunArgs {
     }
 
     /// The settings of the node; `strategy` is the text of its strategy.
+    ///
+    /// # Errors
+    /// A value out of range, or a lead time for a robot that the station does not have.
     fn node_options(
         &self,
         session: &Session,
@@ -142,10 +145,11 @@ impl RunArgs {
                     .with_belt(self.belt_timeout)
                     .with_robot(self.robot_timeout),
             )
-            .with_camera_delay(1e-3 * self.camera_delay)
+            .with_camera_delay(self.camera_delay()?)
             .with_lead(lead_times(&self.lead, station)?)
             .with_may_stop_belt(self.may_stop_belt)
             .with_stop_margin(self.stop_margin);
+        config.check(station)?;
         let mut options = NodeOptions::default().with_config(config).with_origin(
             RunOrigin::default()
                 .with_program(PROGRAM)
@@ -164,34 +168,29 @@ impl RunArgs {
         Ok(options)
     }
 
-    /// Checks the values of flags, and warns about implausible ones.
+    /// The delay of pictures [s]. It is checked here because the flag is in milliseconds, and so
+    /// must be the message.
     ///
     /// # Errors
-    /// A value out of range.
-    fn check_values(&self) -> Result<()> {
-        check_range("--tolerance", self.tolerance, 0.0, 1.0, "m")?;
-        check_range("--ack-timeout", self.ack_timeout, 1e-3, 1e3, "s")?;
-        check_range("--result-timeout", self.result_timeout, 1e-3, 1e4, "s")?;
-        let or_never = "s, or 0 to disable it";
-        for (flag, value) in [
-            ("--belt-timeout", self.belt_timeout),
-            ("--robot-timeout", self.robot_timeout),
-        ] {
-            if let Some(value) = value.filter(|value| *value != 0.0) {
-                check_range(flag, value, 0.01, 1e4, or_never)?;
-            }
+    /// A delay out of range.
+    fn camera_delay(&self) -> Result<f64> {
+        let (delay, allowed) = (1e-3 * self.camera_delay, Config::CAMERA_DELAYS);
+        if allowed.contains(&delay) {
+            return Ok(delay);
         }
-        check_range("--camera-delay", self.camera_delay, -1e4, 1e4, "ms")?;
-        if self.status_every != 0.0 {
-            let least = match self.transport.clock() {
-                ClockKind::System => 0.01,
-                // Time may jump by an hour, which sends all its statuses at once.
-                ClockKind::Messages => 0.1,
-            };
-            let unit = "s, or 0 for only the last one";
-            check_range("--status-every", self.status_every, least, 1e6, unit)?;
-        }
-        check_range("--stop-margin", self.stop_margin, 0.0, 1e3, "s")?;
+        let [low, high] = [allowed.start(), allowed.end()].map(|end| shown_number(1e3 * end));
+        Err(Error::usage(
+            "--camera-delay",
+            format!("{} is out of range", shown_number(self.camera_delay)),
+            format!("give {low} to {high} ms"),
+        ))
+    }
+
+    /// Warns about implausible values.
+    ///
+    /// # Errors
+    /// With `--strict`, an implausible value.
+    fn warn_of_values(&self) -> Result<()> {
         self.station.check_values(&[
             ("--tolerance", &TOLERANCE, Some(self.tolerance)),
             ("--ack-timeout", &TIMEOUT, Some(self.ack_timeout)),
@@ -289,41 +288,6 @@ impl DialectArg {
             }
         }
     }
-}
-
-/// The lead time of each robot [s], from `S` for all and `NAME=S` for one.
-///
-/// # Errors
-/// A value that is not a time, or a robot that the station does not have.
-fn lead_times(given: &[String], station: &Station) -> Result<Vec<f64>> {
-    let robots = station.robots();
-    let mut lead = vec![0.0; robots.len()];
-    // A value for one robot overrides a value for all robots, whatever their order.
-    let (one, all): (Vec<&String>, Vec<&String>) = given.iter().partition(|t| t.contains('='));
-    for text in all.into_iter().chain(one) {
-        let (name, time) = text.rsplit_once('=').unwrap_or(("", text));
-        let seconds: f64 = time.trim().parse().map_err(|_| {
-            let problem = format!("`{}` is not a time", shown(text));
-            let cure = "give seconds for all robots, such as 0.1, or for one robot, such as r1=0.1";
-            Error::usage("--lead", problem, cure)
-        })?;
-        check_range("--lead", seconds, 0.0, 60.0, "s")?;
-        if name.is_empty() && !text.contains('=') {
-            lead.fill(seconds);
-            continue;
-        }
-        let Some(index) = robots.iter().position(|robot| robot.name == name) else {
-            let known: Vec<&str> = robots.iter().map(|robot| robot.name.as_str()).collect();
-            let problem = format!("there is no robot `{}`", shown(name));
-            return Err(Error::usage(
-                "--lead",
-                problem,
-                format!("give one of {}", known.join(", ")),
-            ));
-        };
-        lead[index] = seconds;
-    }
-    Ok(lead)
 }
 
 impl LinePlan {

@@ -113,12 +113,8 @@ impl Session {
     /// Any other failure to write to stdout.
     pub(crate) fn print(&self, content: &[u8]) -> Result<()> {
         let mut stdout = std::io::stdout().lock();
-        match stdout.write_all(content).and_then(|()| stdout.flush()) {
-            Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-                Err(Error::write(Path::new("stdout"), error))
-            }
-            _ => Ok(()),
-        }
+        let written = stdout.write_all(content).and_then(|()| stdout.flush());
+        written.or_else(unless_closed)
     }
 
     /// Writes `content` to `file`, or to stdout if `file` is `None` or `-`.
@@ -130,6 +126,17 @@ impl Session {
             Some(file) => files::write_whole(file, content),
             None => self.print(content),
         }
+    }
+}
+
+/// The failure to write to stdout; a closed pipe is not an error.
+///
+/// # Errors
+/// Any other failure.
+pub(crate) fn unless_closed(error: std::io::Error) -> Result<()> {
+    match error.kind() {
+        ErrorKind::BrokenPipe => Ok(()),
+        _ => Err(Error::write(Path::new("stdout"), error)),
     }
 }
 

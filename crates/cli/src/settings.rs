@@ -348,7 +348,8 @@ pub(crate) fn on_threads<T: Send>(
         .num_threads(threads.unwrap_or(0))
         .build()
         .map_err(|error| {
-            Error::usage("--threads", error.to_string(), "give fewer").caused_by(error)
+            let cure = "close other programs, or use fewer threads, such as --threads 1";
+            Error::resources("worker threads", error.to_string(), cure).caused_by(error)
         })?;
     pool.install(work)
 }

@@ -63,7 +63,7 @@ mod windows;
 mod world;
 
 pub use clock::ClockKind;
-pub use controller::{Config, Controller, HandledAs};
+pub use controller::{Config, Controller, HandledAs, lead_times};
 pub use decider::Stopwatch;
 pub use latency::DecisionTimes;
 pub use setting::RemarkSetting;

@@ -58,6 +58,59 @@ fn odd_surroundings_do_not_panic() {
     assert!(stderr(&output).contains("stdout"), "{}", stderr(&output));
 }
 
+/// Help and version are results like any other; a usage error is one wherever it is printed.
+#[test]
+fn help_that_cannot_be_printed_is_a_failure() {
+    let full = || std::fs::File::options().write(true).open("/dev/full");
+    for arguments in [&["--version"][..], &["compare", "--help"], &["help", "run"]] {
+        let output = Command::new(env!("CARGO_BIN_EXE_pickline"))
+            .args(arguments)
+            .stdout(full().unwrap())
+            .output()
+            .unwrap();
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}");
+        let told = stderr(&output);
+        for words in [
+            "pickline: cannot write stdout: ",
+            "\n  cure: free some disk space",
+        ] {
+            assert!(told.contains(words), "{words} not in {told}");
+        }
+    }
+    let output = Command::new(env!("CARGO_BIN_EXE_pickline"))
+        .arg("--no-such-flag")
+        .stderr(full().unwrap())
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    // A reader that has seen enough is not a failure.
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let status = Command::new(env!("CARGO_BIN_EXE_pickline"))
+        .args(["compare", "--help"])
+        .stdout(writer)
+        .status()
+        .unwrap();
+    assert_eq!(status.code(), Some(0));
+}
+
+/// The threads need 2 GB of addresses for their stacks; the program itself, much less than allowed.
+#[cfg(target_os = "linux")]
+#[test]
+fn threads_that_cannot_be_started_are_not_wrong_usage() {
+    let program = env!("CARGO_BIN_EXE_pickline");
+    let call = format!("ulimit -v 1000000 && exec {program} optimize -q --threads 1024");
+    let output = Command::new("sh").args(["-c", &call]).output().unwrap();
+    let told = stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    for words in [
+        "pickline: worker threads: ",
+        "fewer threads, such as --threads 1",
+    ] {
+        assert!(told.contains(words), "{words} not in {told}");
+    }
+}
+
 #[cfg(feature = "mcap")]
 #[test]
 fn a_recording_is_a_regular_file_that_does_not_exist_yet() {

@@ -65,7 +65,7 @@ impl World {
         let station = three::station_of(&ROBOTS);
         let strategy = read_alone("SPT,FIFO", 2).unwrap().make();
         let mut world = Self {
-            controller: Controller::new(station, strategy, config),
+            controller: Controller::new(station, strategy, config).unwrap(),
             steady: SteadyClock::default(),
             now: 0.0,
             wall: 0.0,

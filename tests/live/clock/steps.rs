@@ -261,7 +261,8 @@ const BUSY: &str = r#""kind":"robot","name":"delta-1","state":"busy""#;
 #[test]
 fn an_open_task_is_sent_again_when_the_clock_of_its_robot_is_set() {
     for by in [7.0, 1000.0] {
-        let mut line = Three::of(Controller::new(station(), strategy(), Config::default()));
+        let mut line =
+            Three::of(Controller::new(station(), strategy(), Config::default()).unwrap());
         hear(&mut line, START, START, IDLE).unwrap();
         line.see(START, "a", 1.0, 0.0);
         line.controller.advance(START);
@@ -288,7 +289,8 @@ fn an_open_task_is_sent_again_when_the_clock_of_its_robot_is_set() {
 #[test]
 fn a_refused_stamp_is_told_with_the_time_by_the_machines_clock() {
     for ahead in [0.0, 100.0, -3600.0] {
-        let mut line = Three::of(Controller::new(station(), strategy(), Config::default()));
+        let mut line =
+            Three::of(Controller::new(station(), strategy(), Config::default()).unwrap());
         hear(&mut line, START, START, IDLE).unwrap();
         line.controller.set_clock_ahead(ahead);
         let now = START + 0.5 + ahead;

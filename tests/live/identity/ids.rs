@@ -108,7 +108,7 @@ fn newer_news_reach_decisions() {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
     let strategy = read_alone("PP,PP", 2).unwrap().make();
     let config = Config::default().with_clock(ClockKind::Messages);
-    let mut line = Line(Controller::new(station, strategy, config));
+    let mut line = Line(Controller::new(station, strategy, config).unwrap());
     let see = |line: &mut Line, stamp: f64, id: &str, rest: &str| {
         let x = if id == "a" { 1.0 } else { 0.9 } + 0.05 * stamp;
         line.say(&format!(

@@ -145,7 +145,7 @@ fn two_cameras_see_the_same_items() {
 fn a_picture_in_parts_is_one_picture() {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
     let strategy = read_alone("SPT,FIFO", 2).unwrap().make();
-    let mut line = Line(Controller::new(station, strategy, Config::default()));
+    let mut line = Line(Controller::new(station, strategy, Config::default()).unwrap());
     line.0.advance(1000.0);
     for stamp in [1000.0, 1000.5] {
         let x = -1.0 + 0.05 * (stamp - 1000.0);

@@ -98,7 +98,8 @@ fn a_node_that_is_killed_now_and_then_knows_the_same_items() {
     };
     let world = World::dense(150, 0.03, station.belt().speed, 5);
     let mut tracker = Tracker::new(&world, Camera::Area, Mistakes::BAD_DAY, random_stream(5, 2));
-    let mut lines = [(); 2].map(|()| Controller::new(station.clone(), strategy(), config.clone()));
+    let mut lines =
+        [(); 2].map(|()| Controller::new(station.clone(), strategy(), config.clone()).unwrap());
     let mut state = LineState::default();
     state.apply(through_text(&lines[1].whole()));
     let mut kills = 0;

@@ -18,7 +18,7 @@ impl Line {
         let config = Config::default()
             .with_clock(ClockKind::Messages)
             .with_status_every(status_every);
-        Self(Controller::new(station, strategy, config))
+        Self(Controller::new(station, strategy, config).unwrap())
     }
 
     pub fn new() -> Self {

@@ -49,7 +49,7 @@ pub fn play(
     let config = Config::default()
         .with_clock(ClockKind::Messages)
         .with_tolerance(tolerance);
-    let mut controller = Controller::new(station, strategy, config);
+    let mut controller = Controller::new(station, strategy, config).unwrap();
     let world = World::dense(items, apart, SPEED, seed);
     let mut tracker = Tracker::new(&world, camera, mistakes, random_stream(seed, 2));
     let mut figures = Figures::default();

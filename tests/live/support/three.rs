@@ -72,7 +72,7 @@ impl Three {
         config: Config,
         speed: f64,
     ) -> Self {
-        let mut line = Self::of(Controller::new(station, strategy, config));
+        let mut line = Self::of(Controller::new(station, strategy, config).unwrap());
         line.belt(100.0, speed);
         line
     }

@@ -3,7 +3,7 @@
 use crate::clock::ClockKind;
 use crate::sources::Timeouts;
 
-/// Settings of the controller beyond the model.
+/// Settings of the controller beyond the model. [`Config::check`] has their ranges.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Config {

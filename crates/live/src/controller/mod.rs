@@ -15,6 +15,7 @@ mod operation;
 mod picture;
 mod pictures;
 mod plans;
+mod ranges;
 mod recovery;
 mod reported;
 mod results;
@@ -38,6 +39,7 @@ use super::tasks::Tasks;
 use super::world::World;
 use crate::layout::layout_hash;
 use pickline::decision::Strategy;
+use pickline::error::Result;
 use pickline::plausible::Warning;
 use pickline::station::Station;
 use picture::Picture;
@@ -45,6 +47,7 @@ use reported::Reported;
 
 pub use config::Config;
 pub use hearing::HandledAs;
+pub use ranges::lead_times;
 
 /// The state of a live line, and the output that is not yet taken.
 ///
@@ -96,12 +99,17 @@ pub struct Controller {
 
 impl Controller {
     /// A line about which nothing is known yet.
-    pub fn new(station: Station, strategy: Box<dyn Strategy>, config: Config) -> Self {
+    ///
+    /// # Errors
+    /// As for [`Config::check`], or a strategy for another number of robots.
+    pub fn new(station: Station, strategy: Box<dyn Strategy>, config: Config) -> Result<Self> {
+        config.check(&station)?;
+        strategy.check_robots(station.robots().len())?;
         let robots = station.robots().iter();
         let robot_keys = robots.map(|robot| (SourceKind::Robot, robot.name.clone()));
         let robot_keys = robot_keys.collect();
         let tells = config.clock == ClockKind::Messages && config.status_every > 0.0;
-        Self {
+        Ok(Self {
             next_status: if tells {
                 config.status_every
             } else {
@@ -128,7 +136,7 @@ impl Controller {
             held: Vec::new(),
             stopping: false,
             reported: None,
-        }
+        })
     }
 
     /// The same controller, with a stopwatch to time its decisions.

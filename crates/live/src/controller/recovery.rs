@@ -19,7 +19,7 @@ impl Controller {
     /// meanwhile. `stamp` is the present time with the system clock [s since 1970].
     ///
     /// # Errors
-    /// The state is not of this station, or from the future.
+    /// As for [`Controller::new`]; a state that is not of this station, or from the future.
     pub fn restore(
         station: Station,
         strategy: Box<dyn Strategy>,
@@ -30,7 +30,7 @@ impl Controller {
         /// The machine's clock may have been set back by up to this much [s].
         const AHEAD: f64 = 5.0;
         let kind = config.clock;
-        let mut controller = Self::new(station, strategy, config);
+        let mut controller = Self::new(station, strategy, config)?;
         state.check(controller.fleet.len())?;
         let mut clock = Clock::resume(kind, state.origin, state.now);
         if let Some(stamp) = stamp {

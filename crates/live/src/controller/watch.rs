@@ -122,7 +122,7 @@ mod tests {
             clock: ClockKind::Messages,
             ..Config::default()
         };
-        Controller::new(station, strategy, config)
+        Controller::new(station, strategy, config).unwrap()
     }
 
     fn say(line: &mut Controller, fields: &str) {

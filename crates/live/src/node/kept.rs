@@ -85,7 +85,7 @@ impl KeptFiles {
                 if let Some(path) = path.filter(|_| found.as_ref().is_some_and(|f| f.is_empty)) {
                     monitor.remark(Severity::Info, None, &starting_over(path));
                 }
-                Controller::new(station, strategy, config)
+                Controller::new(station, strategy, config)?
             }
         };
         let mut kept = Self::default();
