@@ -12,9 +12,11 @@ use crate::station::Station;
 use crate::stats::{self, Interval};
 use crate::throughput::{Steadiness, Throughput};
 use rayon::prelude::*;
+use strum::VariantArray as _;
 
 /// The varied quantity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr, strum::VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Axis {
     /// Belt speed [m/s].
     Speed,
@@ -27,42 +29,28 @@ pub enum Axis {
 }
 
 impl Axis {
-    /// All axes with their names and units, the default first. By hand, because derived names
-    /// would have their units elsewhere.
-    pub const NAMES: [(Self, &'static str, &'static str); 4] = [
-        (Self::Speed, "speed", "m/s"),
-        (Self::Robots, "robots", "1"),
-        (Self::Spacing, "spacing", "m"),
-        (Self::Reach, "reach", "m"),
-    ];
+    /// All axes, the default first.
+    pub const ALL: &'static [Self] = Self::VARIANTS;
 
     /// The axis with this name.
     ///
     /// # Errors
     /// The name is unknown; the message suggests the nearest known one.
     pub fn named(name: &str) -> Result<Self> {
-        let found = Self::NAMES.iter().find(|entry| entry.1 == name);
-        found.map(|entry| entry.0).ok_or_else(|| {
+        let mut all = Self::ALL.iter().copied();
+        all.find(|axis| axis.name() == name).ok_or_else(|| {
+            let names: Vec<_> = Self::ALL.iter().map(|axis| axis.name()).collect();
             Error::usage(
                 "'sweep'",
                 format!("`{}` cannot be swept", shown(name)),
-                known_names(name, &Self::NAMES.map(|entry| entry.1)),
+                known_names(name, &names),
             )
         })
     }
 
-    fn entry(self) -> (Self, &'static str, &'static str) {
-        Self::NAMES[match self {
-            Self::Speed => 0,
-            Self::Robots => 1,
-            Self::Spacing => 2,
-            Self::Reach => 3,
-        }]
-    }
-
     /// The name: `speed`, `robots`, `spacing` or `reach`.
     pub fn name(self) -> &'static str {
-        self.entry().1
+        self.into()
     }
 
     /// Whether larger values help. If so, everything is picked from some value on, rather than
@@ -73,7 +61,11 @@ impl Axis {
 
     /// The unit of the values: `m/s`, `m`, or `1` for robots.
     pub fn unit(self) -> &'static str {
-        self.entry().2
+        match self {
+            Self::Speed => "m/s",
+            Self::Robots => "1",
+            Self::Spacing | Self::Reach => "m",
+        }
     }
 }
 
