@@ -161,3 +161,32 @@ fn check_not_inputs(read: &Named, written: &Named) -> Result<()> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::origin::origin_comment;
+
+    #[test]
+    fn only_force_replaces_what_another_verb_wrote() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("result.csv");
+        let written = [("'svg'", Some(path.as_path()))];
+        let check = |verb, force| {
+            let protection = OutputProtection::of(verb).with_force(force);
+            protection.check(&[], &written)
+        };
+        assert!(check("compare", false).is_ok());
+        std::fs::write(&path, origin_comment("pickline compare --svg a")).unwrap();
+        assert!(check("compare", false).is_ok());
+        assert!(check("sweep", true).is_ok());
+        let message = check("sweep", false).unwrap_err().to_string();
+        for words in ["'svg'", "not written by `pickline sweep`", "add 'force'"] {
+            assert!(message.contains(words), "{message}");
+        }
+        // Not even force overwrites an input.
+        let read = [("'station'", Some(path.as_path()))];
+        let protection = OutputProtection::of("compare").with_force(true);
+        assert!(protection.check(&read, &written).is_err());
+    }
+}
