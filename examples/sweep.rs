@@ -21,11 +21,12 @@ pub fn run(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
         .with_bound(false);
     let found = pickline::sweep(&station, &options, &Environment::QUIET)?;
 
-    for (robots, methods) in found.sweep.values.iter().zip(&found.sweep.points) {
-        let (rules, share) = (&methods[0].title, 100.0 * methods[0].picked_share);
+    let robust = found.sweep.method("robust_gt")?;
+    for (robots, point) in robust.points() {
+        let (rules, share) = (&point.title, 100.0 * point.picked_share);
         writeln!(out, "{robots} robots: {share:.1} % picked by {rules}")?;
     }
-    if let Some(robots) = found.sweep.recommended(0) {
+    if let Some(robots) = robust.recommended() {
         writeln!(out, "{robots} robots are enough")?;
     }
     Ok(())

@@ -30,21 +30,47 @@ pub struct Case {
     pub items: usize,
 }
 
-/// The paper's four cases with the item counts fitted to its Table 2
-/// (`docs/model.md`): radius or spacing [m], items, whether it is a grid.
-const PAPER: [(bool, f64, usize); 4] = [
-    (true, 0.15, 50),
-    (true, 0.3, 50),
-    (false, 0.2, 29),
-    (false, 0.3, 36),
+/// A built-in case.
+#[derive(Clone, Copy)]
+struct BuiltInCase {
+    is_grid: bool,
+    /// Spacing of the grid or radius of the Poisson disks [m].
+    distance: f64,
+    items: usize,
+}
+
+impl BuiltInCase {
+    const fn grid(spacing: f64, items: usize) -> Self {
+        Self {
+            is_grid: true,
+            distance: spacing,
+            items,
+        }
+    }
+
+    const fn poisson(radius: f64, items: usize) -> Self {
+        Self {
+            is_grid: false,
+            distance: radius,
+            items,
+        }
+    }
+}
+
+/// The paper's four cases with the item counts fitted to its Table 2 (`docs/model.md`).
+const PAPER: [BuiltInCase; 4] = [
+    BuiltInCase::grid(0.15, 50),
+    BuiltInCase::grid(0.3, 50),
+    BuiltInCase::poisson(0.2, 29),
+    BuiltInCase::poisson(0.3, 36),
 ];
 
 /// Dense cases, on which strategies differ most.
-const DENSE: [(bool, f64, usize); 4] = [
-    (true, 0.15, 150),
-    (false, 0.1, 150),
-    (false, 0.12, 150),
-    (false, 0.15, 150),
+const DENSE: [BuiltInCase; 4] = [
+    BuiltInCase::grid(0.15, 150),
+    BuiltInCase::poisson(0.1, 150),
+    BuiltInCase::poisson(0.12, 150),
+    BuiltInCase::poisson(0.15, 150),
 ];
 
 /// The built-in cases that `name` stands for: `paper`, `dense` or `all`.
@@ -59,17 +85,19 @@ pub(super) fn built_in_cases(name: &str) -> Option<Vec<Case>> {
 }
 
 impl Case {
-    fn built_in((is_grid, size, items): (bool, f64, usize)) -> Self {
+    fn built_in(case: BuiltInCase) -> Self {
+        let BuiltInCase {
+            is_grid,
+            distance,
+            items,
+        } = case;
+        let (kind, source) = match is_grid {
+            true => ("grid", CaseSource::Grid(distance)),
+            false => ("poisson", CaseSource::Poisson(distance)),
+        };
         Self {
-            name: format!(
-                "{} {size}, {items} items",
-                if is_grid { "grid" } else { "poisson" }
-            ),
-            source: if is_grid {
-                CaseSource::Grid(size)
-            } else {
-                CaseSource::Poisson(size)
-            },
+            name: format!("{kind} {distance}, {items} items"),
+            source,
             items,
         }
     }

@@ -10,6 +10,7 @@ mod method;
 pub mod paper;
 mod range;
 mod sweep;
+mod sweep_result;
 mod training;
 
 pub use bounds::add_bounds;
@@ -21,5 +22,6 @@ pub use draws::Draws;
 pub use method::{Method, MethodRun, policy_title};
 pub(crate) use range::{Range, round_step, step_between};
 pub use range::{ValueLimit, find_limits};
-pub use sweep::{AS_GOOD, Axis, Limit, Setting, Sweep, SweepBound, SweepPoint, sweep_settings};
+pub use sweep::{Axis, Setting, sweep_settings};
+pub use sweep_result::{AS_GOOD, Limit, Sweep, SweepBound, SweepPoint, SweepValue, SweptMethod};
 pub use training::training_set;

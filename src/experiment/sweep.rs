@@ -1,6 +1,7 @@
 //! Varies one quantity of the line: belt speed, robots, spacing or reach.
 
 use super::method::{Method, MethodRun};
+use super::sweep_result::{Sweep, SweepBound, SweepPoint, SweepValue};
 use crate::clearance;
 use crate::decision::Figures;
 use crate::error::{Error, Result, known_names, shown};
@@ -9,12 +10,14 @@ use crate::pattern::Pattern;
 use crate::planning::bound::{Bound, certified_percent};
 use crate::sim::{Conditions, Scene};
 use crate::station::Station;
-use crate::stats::{self, Interval};
+use crate::stats;
 use crate::throughput::{Steadiness, Throughput};
 use rayon::prelude::*;
+use strum::VariantArray as _;
 
 /// The varied quantity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr, strum::VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Axis {
     /// Belt speed [m/s].
     Speed,
@@ -27,42 +30,28 @@ pub enum Axis {
 }
 
 impl Axis {
-    /// All axes with their names and units, the default first. By hand, because derived names
-    /// would have their units elsewhere.
-    pub const NAMES: [(Self, &'static str, &'static str); 4] = [
-        (Self::Speed, "speed", "m/s"),
-        (Self::Robots, "robots", "1"),
-        (Self::Spacing, "spacing", "m"),
-        (Self::Reach, "reach", "m"),
-    ];
+    /// All axes, the default first.
+    pub const ALL: &'static [Self] = Self::VARIANTS;
 
     /// The axis with this name.
     ///
     /// # Errors
     /// The name is unknown; the message suggests the nearest known one.
     pub fn named(name: &str) -> Result<Self> {
-        let found = Self::NAMES.iter().find(|entry| entry.1 == name);
-        found.map(|entry| entry.0).ok_or_else(|| {
+        let mut all = Self::ALL.iter().copied();
+        all.find(|axis| axis.name() == name).ok_or_else(|| {
+            let names: Vec<_> = Self::ALL.iter().map(|axis| axis.name()).collect();
             Error::usage(
                 "'sweep'",
                 format!("`{}` cannot be swept", shown(name)),
-                known_names(name, &Self::NAMES.map(|entry| entry.1)),
+                known_names(name, &names),
             )
         })
     }
 
-    fn entry(self) -> (Self, &'static str, &'static str) {
-        Self::NAMES[match self {
-            Self::Speed => 0,
-            Self::Robots => 1,
-            Self::Spacing => 2,
-            Self::Reach => 3,
-        }]
-    }
-
     /// The name: `speed`, `robots`, `spacing` or `reach`.
     pub fn name(self) -> &'static str {
-        self.entry().1
+        self.into()
     }
 
     /// Whether larger values help. If so, everything is picked from some value on, rather than
@@ -73,13 +62,13 @@ impl Axis {
 
     /// The unit of the values: `m/s`, `m`, or `1` for robots.
     pub fn unit(self) -> &'static str {
-        self.entry().2
+        match self {
+            Self::Speed => "m/s",
+            Self::Robots => "1",
+            Self::Spacing | Self::Reach => "m",
+        }
     }
 }
-
-/// A throughput of at least this share of the highest counts as equally good: a smaller gain is
-/// not worth another robot or a longer belt.
-pub const AS_GOOD: f64 = 0.99;
 
 /// One value of the sweep: the line with this value, and the methods on it.
 #[derive(Debug, Clone)]
@@ -90,140 +79,6 @@ pub struct Setting {
     pub station: Station,
     /// The methods, of the same kinds in the same order at every value.
     pub methods: Vec<Method>,
-}
-
-/// One method at one value.
-#[derive(Debug, Clone)]
-#[non_exhaustive]
-pub struct SweepPoint {
-    /// Its name in tables at this value.
-    pub title: String,
-    /// Mean share of the items picked.
-    pub picked_share: f64,
-    /// 95 % interval of that mean; `None` for a single pattern, as for the next one.
-    pub picked_share_interval: Option<Interval>,
-    /// Picks per minute in the steady state.
-    pub throughput: Throughput,
-    /// Mean picking rate [1/min].
-    pub picking_rate: f64,
-    /// 95 % interval of that mean [1/min].
-    pub picking_rate_interval: Option<Interval>,
-    /// Mean weighted rate [1/min].
-    pub weighted_rate: f64,
-    /// Share of the patterns that were picked completely.
-    pub complete_share: f64,
-    /// Share of the patterns of which at least 99 % was picked.
-    pub nearly_complete_share: f64,
-    /// Picks over all patterns as a proven share of the optimum [%]; `None` if not requested.
-    pub certified: Option<f64>,
-    /// For each pattern, whether everything was picked.
-    complete: Vec<bool>,
-}
-
-/// What no strategy can exceed at one value.
-#[derive(Debug, Clone)]
-#[non_exhaustive]
-pub struct SweepBound {
-    /// Mean of the most items that can be picked, as a share of the items.
-    pub picked_share: f64,
-    /// Mean of the highest possible rates [1/min]; `None` if some pattern has no finite bound.
-    pub picking_rate: Option<f64>,
-}
-
-impl SweepBound {
-    /// Whether some strategy may pick every item of every pattern. If false, it is proven that
-    /// none can.
-    pub fn complete(&self) -> bool {
-        // The mean of shares, each of which is exactly 1 if everything may be picked.
-        self.picked_share >= 1.0
-    }
-}
-
-/// The methods at all values of a sweep.
-#[derive(Debug, Clone)]
-#[non_exhaustive]
-pub struct Sweep {
-    /// The completed values; all of them unless the user stopped the sweep.
-    pub values: Vec<f64>,
-    /// Number of values that were asked for; fewer are complete after a stop request.
-    pub planned: usize,
-    /// For each value, the methods in their order.
-    pub points: Vec<Vec<SweepPoint>>,
-    /// For each value, what no strategy can exceed; `None` if not requested.
-    pub bounds: Option<Vec<SweepBound>>,
-    /// For each value, whether arms can meet.
-    pub arms_meet: Vec<bool>,
-    /// Whether items have attributes, so that weight differs from the count.
-    pub weighs: bool,
-}
-
-/// Up to which value of a sweep a condition held.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub struct Limit {
-    /// The highest value up to which it always held; `None` if it failed at the first value.
-    pub highest: Option<f64>,
-    /// The first value at which it failed; `None` if it never did.
-    pub first_miss: Option<f64>,
-    /// The values above that at which it held again.
-    pub again: Vec<f64>,
-    /// The lowest value from which it always held; `None` if it failed at the last value.
-    pub lowest: Option<f64>,
-}
-
-impl Limit {
-    fn of(values: &[f64], held: impl Fn(usize) -> bool) -> Self {
-        let miss = (0..values.len()).find(|&i| !held(i));
-        let end = miss.unwrap_or(values.len());
-        let last_miss = (0..values.len()).rfind(|&i| !held(i));
-        Self {
-            lowest: values.get(last_miss.map_or(0, |i| i + 1)).copied(),
-            highest: end.checked_sub(1).map(|i| values[i]),
-            first_miss: miss.map(|i| values[i]),
-            again: (end..values.len())
-                .filter(|&i| held(i))
-                .map(|i| values[i])
-                .collect(),
-        }
-    }
-}
-
-impl Sweep {
-    /// Up to which value a method picked every item of every pattern.
-    pub fn complete(&self, method: usize) -> Limit {
-        let whole = |i: usize| self.points[i][method].complete.iter().all(|c| *c);
-        Limit::of(&self.values, whole)
-    }
-
-    /// The lowest value, among those at which no arms can meet, with which a method's
-    /// throughput is at least [`AS_GOOD`] of the highest, each as a share of the flow. `None`
-    /// without a throughput, or if arms can meet at every value.
-    pub fn recommended(&self, method: usize) -> Option<f64> {
-        let throughput = |i: usize| self.points[i][method].throughput.share();
-        let may = (0..self.values.len()).filter(|&i| !self.arms_meet[i]);
-        let fits: Vec<(usize, f64)> = may.filter_map(|i| Some((i, throughput(i)?))).collect();
-        let best = fits.iter().map(|fit| fit.1).fold(0.0, f64::max);
-        let good = fits.iter().find(|fit| fit.1 >= AS_GOOD * best);
-        good.map(|fit| self.values[fit.0])
-    }
-
-    /// Up to which value at least `share` of the patterns were picked to at least 99 %.
-    pub fn nearly_complete(&self, method: usize, share: f64) -> Limit {
-        Limit::of(&self.values, |i| {
-            self.points[i][method].nearly_complete_share >= share
-        })
-    }
-
-    /// For every pattern, up to which value a method picked all of it; 0 if not even at the
-    /// first.
-    pub fn limits(&self, method: usize) -> Vec<f64> {
-        let patterns = self.points[0][method].complete.len();
-        let limit =
-            |pattern: usize| Limit::of(&self.values, |i| self.points[i][method].complete[pattern]);
-        (0..patterns)
-            .map(|p| limit(p).highest.unwrap_or(0.0))
-            .collect()
-    }
 }
 
 /// Runs the methods of `setting` on `pattern`. With `bounded`, the bound for every strategy is
@@ -266,8 +121,7 @@ pub fn sweep_settings(
     environment
         .progress
         .begin("sweeping", settings.len() as u64, "values");
-    let mut points: Vec<Vec<SweepPoint>> = Vec::with_capacity(settings.len());
-    let mut bounds = Vec::new();
+    let mut values: Vec<SweepValue> = Vec::with_capacity(settings.len());
     let mut steadiness: Vec<Vec<Steadiness>> = Vec::new();
     for setting in settings {
         let run = |(place, pattern): (usize, &Pattern)| {
@@ -277,7 +131,7 @@ pub fn sweep_settings(
         };
         let by_pattern: Result<Vec<Runs>> = patterns.par_iter().enumerate().map(run).collect();
         let by_pattern = match by_pattern {
-            Err(error) if error.is_interrupted() && !points.is_empty() => break,
+            Err(error) if error.is_interrupted() && !values.is_empty() => break,
             by_pattern => by_pattern?,
         };
         let most: Option<f64> = by_pattern
@@ -286,34 +140,33 @@ pub fn sweep_settings(
             .sum();
         let point = |(i, method): (usize, &Method)| {
             let runs: Vec<&MethodRun> = by_pattern.iter().map(|runs| &runs.runs[i]).collect();
-            summarise(method.title(), &runs, most)
+            summarise(method, &runs, most)
         };
-        bounds.extend(summarise_bounds(&by_pattern));
         let of_method = |i: usize| {
             by_pattern
                 .iter()
                 .map(move |runs| runs.runs[i].steady.clone())
         };
         steadiness.extend((0..setting.methods.len()).map(|i| of_method(i).collect()));
-        points.push(setting.methods.iter().enumerate().map(point).collect());
+        values.push(SweepValue {
+            value: setting.value,
+            methods: setting.methods.iter().enumerate().map(point).collect(),
+            bound: summarise_bounds(&by_pattern),
+            arms_meet: clearance::apart(&setting.station).is_doubtful(),
+        });
         environment.progress.advance(1);
     }
     environment.progress.end();
     // All values use the same patterns.
     let runs: Vec<Vec<&Steadiness>> = steadiness.iter().map(|of| of.iter().collect()).collect();
     let throughputs = Throughput::beside(&runs);
-    for (point, throughput) in points.iter_mut().flatten().zip(throughputs) {
+    let points = values.iter_mut().flat_map(|value| &mut value.methods);
+    for (point, throughput) in points.zip(throughputs) {
         point.throughput = throughput;
     }
-    let done = settings.iter().take(points.len());
     Ok(Sweep {
-        values: done.clone().map(|setting| setting.value).collect(),
+        values,
         planned: settings.len(),
-        points,
-        bounds: bounded.then_some(bounds),
-        arms_meet: done
-            .map(|setting| clearance::apart(&setting.station).is_doubtful())
-            .collect(),
         weighs: patterns.iter().any(Pattern::has_attributes),
     })
 }
@@ -337,8 +190,8 @@ fn summarise_bounds(by_pattern: &[Runs]) -> Option<SweepBound> {
     })
 }
 
-/// The figures of `runs`, in which no strategy picks more than `most` items in total.
-fn summarise(title: String, runs: &[&MethodRun], most: Option<f64>) -> SweepPoint {
+/// The figures of `method` in `runs`, in which no strategy picks more than `most` items in total.
+fn summarise(method: &Method, runs: &[&MethodRun], most: Option<f64>) -> SweepPoint {
     let figures: Vec<Figures> = runs.iter().map(|run| run.figures).collect();
     let all = |of: &dyn Fn(&Figures) -> f64| -> Vec<f64> { figures.iter().map(of).collect() };
     let shares = all(&Figures::picked_share);
@@ -347,7 +200,8 @@ fn summarise(title: String, runs: &[&MethodRun], most: Option<f64>) -> SweepPoin
         figures.iter().filter(|run| holds(run)).count() as f64 / runs.len() as f64
     };
     SweepPoint {
-        title,
+        method: method.id().to_owned(),
+        title: method.title(),
         picked_share: stats::mean(&shares),
         picked_share_interval: stats::share_mean_interval(&shares),
         throughput: Throughput::of(runs.iter().map(|run| &run.steady)),
@@ -367,98 +221,6 @@ fn summarise(title: String, runs: &[&MethodRun], most: Option<f64>) -> SweepPoin
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_limit_is_where_it_first_fails_not_where_it_last_holds() {
-        let values = [1.0, 2.0, 3.0, 4.0, 5.0];
-        let held = [true, true, false, true, false];
-        let limit = Limit::of(&values, |i| held[i]);
-        assert_eq!(limit.highest, Some(2.0));
-        assert_eq!(limit.first_miss, Some(3.0));
-        assert_eq!(limit.again, [4.0]);
-        assert_eq!(limit.lowest, None);
-        assert_eq!(Limit::of(&values, |i| i == 0 || i > 2).lowest, Some(4.0));
-        assert_eq!(Limit::of(&values, |_| false).highest, None);
-        assert_eq!(Limit::of(&values, |_| true).first_miss, None);
-    }
-
-    /// One method with these throughputs at a flow of 100/min.
-    fn swept(throughputs: &[Option<f64>], arms_meet: &[bool]) -> Sweep {
-        let point = |mean: &Option<f64>| SweepPoint {
-            title: "t".into(),
-            picked_share: 1.0,
-            picked_share_interval: None,
-            throughput: Throughput {
-                mean: *mean,
-                interval: None,
-                flow: Some(100.0),
-                utilisation: Vec::new(),
-                steady: 1,
-                changing: 0,
-                runs: 1,
-                missing: None,
-            },
-            picking_rate: 1.0,
-            picking_rate_interval: None,
-            weighted_rate: 1.0,
-            complete_share: 1.0,
-            nearly_complete_share: 1.0,
-            certified: None,
-            complete: vec![true],
-        };
-        Sweep {
-            values: (1..=throughputs.len()).map(|value| value as f64).collect(),
-            planned: throughputs.len(),
-            points: throughputs.iter().map(|mean| vec![point(mean)]).collect(),
-            bounds: None,
-            arms_meet: arms_meet.to_vec(),
-            weighs: false,
-        }
-    }
-
-    #[test]
-    fn the_least_value_that_is_as_good_as_the_best_is_recommended() {
-        let apart = [false; 4];
-        for (throughputs, arms_meet, recommended) in [
-            (
-                [Some(50.0), Some(70.0), Some(80.0), Some(80.0)],
-                apart,
-                Some(3.0),
-            ),
-            // A loss of one percent is still as good; a larger loss is not.
-            (
-                [Some(50.0), Some(79.2), Some(80.0), Some(80.0)],
-                apart,
-                Some(2.0),
-            ),
-            (
-                [Some(50.0), Some(79.1), Some(80.0), Some(80.0)],
-                apart,
-                Some(3.0),
-            ),
-            // A value at which arms meet is not a valid line, not even to compare with.
-            (
-                [Some(50.0), Some(60.0), Some(80.0), Some(80.0)],
-                [false, false, true, true],
-                Some(2.0),
-            ),
-            (
-                [Some(80.0), Some(50.0), None, None],
-                [true, false, false, false],
-                Some(2.0),
-            ),
-            ([None, None, Some(40.0), None], apart, Some(3.0)),
-            ([None; 4], apart, None),
-            ([Some(80.0); 4], [true; 4], None),
-        ] {
-            let sweep = swept(&throughputs, &arms_meet);
-            assert_eq!(
-                sweep.recommended(0),
-                recommended,
-                "{throughputs:?} {arms_meet:?}"
-            );
-        }
-    }
 
     #[test]
     fn axes_have_names_and_units() {

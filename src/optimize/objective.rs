@@ -6,9 +6,13 @@ use crate::error::{Error, Result, known_names, shown, shown_number};
 use crate::stats;
 use std::fmt;
 use std::str::FromStr;
+use strum::VariantNames as _;
 
 /// The figure of one pattern that is maximised.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, strum::EnumString, strum::IntoStaticStr, strum::VariantNames,
+)]
+#[strum(serialize_all = "kebab-case")]
 pub enum Objective {
     /// Picks per minute.
     PickingRate,
@@ -22,54 +26,35 @@ pub enum Objective {
 }
 
 impl Objective {
-    /// All names with their units and meanings, the default first. By hand, because unit and
-    /// meaning belong to each name, and one objective carries its scan.
-    pub const NAMES: [(&'static str, &'static str, &'static str); 4] = [
-        ("picking-rate", "1/min", "picks per minute"),
-        ("picked-share", "1", "share of the items picked"),
-        ("weighted-rate", "1/min", "reward-weighted picks per minute"),
-        (
-            "max-speed",
-            "m/s",
-            "highest belt speed up to which everything is picked",
-        ),
-    ];
-
-    fn entry(&self) -> (&'static str, &'static str, &'static str) {
-        Self::NAMES[match self {
-            Self::PickingRate => 0,
-            Self::PickedShare => 1,
-            Self::WeightedRate => 2,
-            Self::MaxSpeed(_) => 3,
-        }]
-    }
-
     /// The objective with this name; `scan` applies only to `max-speed`.
     ///
     /// # Errors
     /// The name is unknown; the message suggests the nearest known one.
     pub fn named(name: &str, scan: SpeedScan) -> Result<Self> {
-        match name {
-            "picking-rate" => Ok(Self::PickingRate),
-            "picked-share" => Ok(Self::PickedShare),
-            "weighted-rate" => Ok(Self::WeightedRate),
-            "max-speed" => Ok(Self::MaxSpeed(scan)),
-            _ => Err(Error::usage(
+        // The derived conversion fills in the default scan.
+        match Self::try_from(name) {
+            Ok(Self::MaxSpeed(_)) => Ok(Self::MaxSpeed(scan)),
+            Ok(other) => Ok(other),
+            Err(_) => Err(Error::usage(
                 "'objective'",
                 format!("unknown objective `{}`", shown(name)),
-                known_names(name, &Self::NAMES.map(|n| n.0)),
+                known_names(name, Self::VARIANTS),
             )),
         }
     }
 
     /// The name by which it is chosen and which files have.
     pub fn name(&self) -> &'static str {
-        self.entry().0
+        self.into()
     }
 
     /// The unit in figures of the objective.
     pub fn unit(&self) -> &'static str {
-        self.entry().1
+        match self {
+            Self::PickingRate | Self::WeightedRate => "1/min",
+            Self::PickedShare => "1",
+            Self::MaxSpeed(_) => "m/s",
+        }
     }
 
     /// The figure of one run at the station's own belt speed; `None` for `max-speed`, which
@@ -212,7 +197,12 @@ mod tests {
 
     #[test]
     fn names_are_read() {
-        for (name, unit, _) in Objective::NAMES {
+        for (name, unit) in [
+            ("picking-rate", "1/min"),
+            ("picked-share", "1"),
+            ("weighted-rate", "1/min"),
+            ("max-speed", "m/s"),
+        ] {
             let objective = Objective::named(name, SpeedScan::default()).unwrap();
             assert_eq!((objective.name(), objective.unit()), (name, unit));
         }

@@ -28,5 +28,8 @@ pub use plan::{PRESETS, Plan, shape};
 pub use player::NetworkPlayer;
 pub use reward::Reward;
 #[cfg(feature = "onnx")]
-pub use score::{Curve, CurvePoint, Judged, Kept, Record, TrainingResults, TrialRecord};
+pub use score::{
+    Curve, CurvePoint, Judged, Kept, Record, ShareOfGreedy, TrainingEvaluation, TrainingResults,
+    TrialRecord,
+};
 pub use trainer::{Checkpoint, Phase, Round, Trainer};

@@ -1,14 +1,14 @@
 //! The results of a training: the learning curve, the best network so far, the record.
 
-use super::evaluation::Trial;
+use super::evaluation::{Trial, TrialName};
 use super::export::export;
 use super::plan::Plan;
 use super::trainer::{Phase, Round, Trainer};
 use crate::error::{Error, Result};
-use crate::files::csv_text;
 use crate::policy::{Metadata, Trained};
 use crate::stats::mean;
 use serde::{Deserialize, Serialize};
+use std::fmt;
 use std::time::Duration;
 
 /// What happened before the network was evaluated.
@@ -22,13 +22,26 @@ pub enum Judged {
     Phase(Phase),
 }
 
-/// One line of the curve.
+/// One evaluation of the network during the training.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct CurveRow {
-    seconds: f64,
-    after: Judged,
+#[non_exhaustive]
+pub struct TrainingEvaluation {
+    /// Time since the start of the training [s].
+    pub seconds: f64,
+    /// What the network had learned from since the previous evaluation.
+    pub after: Judged,
     /// Mean picking rate on each trial [1/min].
-    rates: Vec<f64>,
+    pub rates: Vec<f64>,
+}
+
+/// A mean picking rate as a share of greedy GT's (game theory).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShareOfGreedy(pub f64);
+
+impl fmt::Display for ShareOfGreedy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:.1} % of greedy GT (game theory)", 100.0 * self.0)
+    }
 }
 
 /// The best network so far.
@@ -45,12 +58,16 @@ struct BestNetwork {
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Curve {
+    /// What the network is evaluated on.
+    pub trials: Vec<TrialName>,
+    /// The evaluations, in the order of learning, each with a rate for every one of `trials`.
+    pub evaluations: Vec<TrainingEvaluation>,
     /// The stations of the evaluation, as the user wrote them.
     pub stations: Vec<String>,
     /// The picking rate of [SPT; FIFO] on each station, as a share of greedy GT's (game
     /// theory).
     pub robust: Vec<f64>,
-    /// The points, in the order of learning.
+    /// The evaluations by station.
     pub points: Vec<CurvePoint>,
 }
 
@@ -67,7 +84,7 @@ pub struct CurvePoint {
 /// The state of a score that is stored between two calls.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Kept {
-    rows: Vec<CurveRow>,
+    rows: Vec<TrainingEvaluation>,
     best: Option<BestNetwork>,
 }
 
@@ -148,23 +165,25 @@ impl<'a> TrainingResults<'a> {
         &self.kept
     }
 
-    /// Evaluates the current network, after the time `elapsed`.
+    /// Evaluates the current network, after the time `elapsed`. Returns the score of the best
+    /// network so far.
     ///
     /// # Errors
     /// As for [`Trial::rate`].
-    pub fn judge(&mut self, trainer: &Trainer, after: Judged, elapsed: Duration) -> Result<()> {
+    pub fn judge(
+        &mut self,
+        trainer: &Trainer,
+        after: Judged,
+        elapsed: Duration,
+    ) -> Result<ShareOfGreedy> {
         let rate =
             |trial: &Trial| trial.rate(trainer.network(), trainer.parameters(), trainer.layout());
         let rates: Vec<f64> = self.trials.iter().map(rate).collect::<Result<_>>()?;
         let share = |(rate, trial): (&f64, &Trial)| rate / trial.greedy.max(f64::MIN_POSITIVE);
         let shares: Vec<f64> = rates.iter().zip(&self.trials).map(share).collect();
         let score = mean(&shares);
-        if self
-            .kept
-            .best
-            .as_ref()
-            .is_none_or(|best| score > best.score)
-        {
+        let best = self.kept.best.as_ref();
+        if best.is_none_or(|best| score > best.score) {
             self.kept.best = Some(BestNetwork {
                 score,
                 steps: trainer.steps(),
@@ -172,12 +191,13 @@ impl<'a> TrainingResults<'a> {
                 rates: rates.clone(),
             });
         }
-        self.kept.rows.push(CurveRow {
+        self.kept.rows.push(TrainingEvaluation {
             seconds: self.before + elapsed.as_secs_f64(),
             after,
             rates,
         });
-        Ok(())
+        let best = self.kept.best.as_ref();
+        Ok(ShareOfGreedy(best.map_or(score, |best| best.score)))
     }
 
     /// Whether nothing was evaluated yet.
@@ -185,59 +205,7 @@ impl<'a> TrainingResults<'a> {
         self.kept.rows.is_empty()
     }
 
-    /// A short description of the best network so far.
-    pub fn summary(&self) -> String {
-        match &self.kept.best {
-            Some(best) => format!("{:.1} % of greedy GT (game theory)", 100.0 * best.score),
-            None => "none".into(),
-        }
-    }
-
-    /// The learning curve: one line per evaluation, rates in [1/min].
-    pub fn to_csv(&self) -> String {
-        let fixed = [
-            "steps",
-            "seconds",
-            "answers",
-            "agreement",
-            "training_rate",
-            "training_share",
-            "entropy",
-            "value_loss",
-            "divergence",
-            "clipped",
-        ];
-        let mut lines = vec![fixed.map(str::to_owned).to_vec()];
-        lines[0].extend(self.trials.iter().map(|trial| trial.name.to_string()));
-        for row in &self.kept.rows {
-            let (round, phase) = match row.after {
-                Judged::Start => (None, None),
-                Judged::Round(round) => (Some(round), None),
-                Judged::Phase(phase) => (None, Some(phase)),
-            };
-            let cell = |of: fn(&Phase) -> f64| phase.as_ref().map(of).map(|v| format!("{v:.5}"));
-            let mut line = vec![
-                phase.map_or(0, |phase| phase.steps).to_string(),
-                format!("{:.1}", row.seconds),
-            ];
-            let cells = [
-                round.map(|round| round.answers.to_string()),
-                round.map(|round| format!("{:.5}", round.agreement)),
-                cell(|p| p.rate),
-                cell(|p| p.picked_share),
-                cell(|p| p.entropy),
-                cell(|p| p.value_loss),
-                cell(|p| p.divergence),
-                cell(|p| p.clipped),
-            ];
-            line.extend(cells.map(Option::unwrap_or_default));
-            line.extend(row.rates.iter().map(|rate| format!("{rate:.3}")));
-            lines.push(line);
-        }
-        csv_text(lines)
-    }
-
-    /// The learning curve as shares of greedy GT, for each station.
+    /// The learning curve so far.
     pub fn curve(&self) -> Curve {
         let station = |trial: &Trial| trial.name.station.clone();
         let mut stations: Vec<String> = self.trials.iter().map(station).collect();
@@ -252,7 +220,7 @@ impl<'a> TrainingResults<'a> {
             stations.iter().map(mean_of).collect()
         };
         let (mut answers, mut steps) = (0, 0);
-        let point = |row: &CurveRow| {
+        let point = |row: &TrainingEvaluation| {
             match row.after {
                 Judged::Start => {}
                 Judged::Round(round) => answers = round.answers as u64,
@@ -265,6 +233,8 @@ impl<'a> TrainingResults<'a> {
         };
         let robust: Vec<f64> = self.trials.iter().map(|trial| trial.robust).collect();
         Curve {
+            trials: self.trials.iter().map(|trial| trial.name.clone()).collect(),
+            evaluations: self.kept.rows.clone(),
             points: self.kept.rows.iter().map(point).collect(),
             robust: shares(&robust),
             stations,
@@ -311,19 +281,5 @@ impl<'a> TrainingResults<'a> {
         let best = self.kept.best.as_ref();
         let parameters = best.map_or(trainer.parameters(), |best| &best.parameters);
         export(trainer.network(), parameters, &layout, &metadata)
-    }
-
-    /// The final results, for people.
-    pub fn to_table(&self) -> String {
-        let mut text = String::from(
-            "picking rates [1/min]: [SPT; FIFO], greedy GT (game theory), the policy\n",
-        );
-        for trial in self.figures() {
-            text += &format!(
-                "{:<40}{:>7.1}{:>7.1}{:>7.1}\n",
-                trial.name, trial.robust, trial.greedy, trial.policy
-            );
-        }
-        text
     }
 }

@@ -115,8 +115,6 @@ pub struct SweepStudy<'a> {
 pub struct Swept {
     /// The methods at the values that were completed before a stop request.
     pub sweep: Sweep,
-    /// The names of the methods in files.
-    pub methods: Vec<String>,
     /// Remarks on what was left out, and on how the figures are to be read.
     pub notes: Vec<Note>,
 }
@@ -228,13 +226,7 @@ impl<'a> SweepStudy<'a> {
         let sweep = sweep_settings(&settings, patterns, &luck, self.options.bound, environment)?;
         let generated = !matches!(self.source, PatternSource::Files(_));
         notes.extend(condition_notes(&self.conditions, generated));
-        let methods = settings.first().map(|setting| setting.methods.iter());
-        let ids = methods.into_iter().flatten().map(|m| m.id().to_owned());
-        Ok(Swept {
-            sweep,
-            methods: ids.collect(),
-            notes,
-        })
+        Ok(Swept { sweep, notes })
     }
 
     /// Robust GT (game theory) of one line.

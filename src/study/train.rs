@@ -6,8 +6,8 @@ use crate::experiment::load_cases;
 use crate::optimize::Environment;
 use crate::rl::domain::{Course, scenes};
 use crate::rl::{
-    Checkpoint, Curve, Judged, Kept, Plan, Record, Round, Trainer, TrainingResults, Trial,
-    TrialName,
+    Checkpoint, Curve, Judged, Kept, Plan, Record, Round, ShareOfGreedy, Trainer, TrainingResults,
+    Trial, TrialName,
 };
 use crate::station::Station;
 use crate::strategies::{self, Parsed, default_assignment};
@@ -106,7 +106,7 @@ pub enum TrainingEvent<'a> {
         /// What was learned.
         round: Round,
         /// The best network so far.
-        best: String,
+        best: ShareOfGreedy,
     },
     /// The imitation was stopped before its last round.
     ImitationStopped {
@@ -119,8 +119,8 @@ pub enum TrainingEvent<'a> {
     Saved {
         /// The state.
         state: &'a SavedTraining,
-        /// The learning curve so far, as CSV.
-        curve: &'a str,
+        /// The learning curve so far.
+        curve: &'a Curve,
     },
 }
 
@@ -134,8 +134,6 @@ pub struct TrainedPolicy {
     pub record: Record,
     /// The learning curve.
     pub curve: Curve,
-    /// The final results, for people.
-    pub table: String,
     /// Number of steps after which the weights became NaN or infinite, if they did. The policy
     /// is the best before that.
     pub diverged_after: Option<u64>,
@@ -276,12 +274,11 @@ impl RunningTraining<'_> {
             onnx: self.results.export(&self.trainer, &names, &text),
             record,
             curve: self.results.curve(),
-            table: self.results.to_table(),
             diverged_after: (!finite).then(|| self.trainer.steps()),
         })
     }
 
-    fn judge(&mut self, after: Judged) -> Result<()> {
+    fn judge(&mut self, after: Judged) -> Result<ShareOfGreedy> {
         let elapsed = self.started.elapsed();
         self.results.judge(&self.trainer, after, elapsed)
     }
@@ -290,8 +287,7 @@ impl RunningTraining<'_> {
     fn imitate(&mut self, expert: &Parsed) -> Result<()> {
         let (results, report, started) = (&mut self.results, &mut self.report, self.started);
         let judge = |trainer: &Trainer, round: Round| {
-            results.judge(trainer, Judged::Round(round), started.elapsed())?;
-            let best = results.summary();
+            let best = results.judge(trainer, Judged::Round(round), started.elapsed())?;
             report(TrainingEvent::Imitated { round, best })
         };
         let expert = |robots| expert.alone(robots);
@@ -322,8 +318,8 @@ impl RunningTraining<'_> {
             if !finite {
                 break;
             }
-            self.judge(Judged::Phase(phase))?;
-            progress.incumbent(&self.results.summary());
+            let best = self.judge(Judged::Phase(phase))?;
+            progress.incumbent(&best.to_string());
             // An interrupted phase is not resumed, but played again.
             if self.trainer.done() || !environment.stopped() {
                 self.save()?;
@@ -342,7 +338,7 @@ impl RunningTraining<'_> {
         };
         (self.report)(TrainingEvent::Saved {
             state: &state,
-            curve: &self.results.to_csv(),
+            curve: &self.results.curve(),
         })
     }
 }

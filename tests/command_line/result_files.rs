@@ -229,11 +229,12 @@ fn whole_values_outlive_an_interruption() {
     };
     let (whole, part) = (run(u64::MAX), run(2));
     assert_eq!((whole.values.len(), whole.planned), (3, 3));
-    assert_eq!((&part.values[..], part.planned), (&[0.04, 0.05][..], 3));
-    assert_eq!(part.bounds.unwrap().len(), 2);
+    let speeds: Vec<f64> = part.values.iter().map(|at| at.value).collect();
+    assert_eq!((&speeds[..], part.planned), (&[0.04, 0.05][..], 3));
+    assert!(part.values.iter().all(|at| at.bound.is_some()));
     assert_eq!(
-        part.points[1][0].picking_rate,
-        whole.points[1][0].picking_rate
+        part.values[1].methods[0].picking_rate,
+        whole.values[1].methods[0].picking_rate
     );
 }
 

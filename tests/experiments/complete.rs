@@ -71,20 +71,21 @@ fn a_sweep_says_complete_of_everything_only() {
         let patterns = [sparse(beyond)];
         let swept =
             sweep_settings(&settings(&speeds), &patterns, &plain, true, &environment()).unwrap();
-        for method in 0..2 {
-            for points in &swept.points {
-                assert_eq!(points[method].complete_share, complete, "{beyond}");
-                assert_eq!(points[method].nearly_complete_share, nearly, "{beyond}");
+        assert_eq!(swept.methods().count(), 2);
+        for method in swept.methods() {
+            for (_, point) in method.points() {
+                assert_eq!(point.complete_share, complete, "{beyond}");
+                assert_eq!(point.nearly_complete_share, nearly, "{beyond}");
             }
-            let limit = swept.complete(method);
+            let limit = method.complete();
             assert_eq!(limit.highest, (beyond == 0).then_some(0.15), "{beyond}");
             assert_eq!(limit.lowest, (beyond == 0).then_some(0.05), "{beyond}");
             assert_eq!(limit.first_miss, (beyond > 0).then_some(0.05), "{beyond}");
-            assert_eq!(swept.limits(method), [if beyond == 0 { 0.15 } else { 0.0 }]);
-            let near = swept.nearly_complete(method, 0.95);
+            assert_eq!(method.limits(), [if beyond == 0 { 0.15 } else { 0.0 }]);
+            let near = method.nearly_complete(0.95);
             assert_eq!(near.highest, (beyond < 2).then_some(0.15), "{beyond}");
         }
-        for bound in swept.bounds.unwrap() {
+        for bound in swept.values.iter().map(|at| at.bound.as_ref().unwrap()) {
             assert_eq!(bound.picked_share, 150.0 / (150 + beyond) as f64);
             assert_eq!(bound.complete(), beyond == 0);
         }

@@ -5,8 +5,8 @@
 use super::support::{Raw, assert_near, environment, mean, mean_of};
 use pickline::error::Result;
 use pickline::experiment::{
-    Case, CaseSource, Comparison, Draws, Method, Setting, Sweep, add_bounds, compare_methods,
-    find_limits, sweep_settings,
+    Case, CaseSource, Comparison, Draws, Method, Setting, Sweep, SweptMethod, add_bounds,
+    compare_methods, find_limits, sweep_settings,
 };
 use pickline::optimize::{Environment, Evaluator, Objective, Progress, Risk, rivals};
 use pickline::pattern::{Pattern, grid, poisson_disk, random_stream};
@@ -137,8 +137,8 @@ fn values_of_a_sweep_meet_the_same_patterns_and_luck() {
     let conditions = unlucky(40);
     let settings = settings(&[0.03, 0.05, 0.06]);
     let swept = sweep_settings(&settings, &patterns, &conditions, true, &environment()).unwrap();
-    for (setting, points) in settings.iter().zip(&swept.points) {
-        for (point, rules) in points.iter().zip(RULES) {
+    for (setting, at) in settings.iter().zip(&swept.values) {
+        for (point, rules) in at.methods.iter().zip(RULES) {
             let run = |(place, pattern): (usize, &Pattern)| {
                 let conditions = conditions.with_seed(40 + place as u64);
                 alone(&setting.station, pattern, rules, conditions)
@@ -175,8 +175,9 @@ fn limits_are_those_of_a_sweep_under_the_same_luck() {
             .collect();
         let lines = settings(&values);
         let swept = sweep_settings(&lines, &patterns, &conditions, false, &environment()).unwrap();
+        let methods: Vec<SweptMethod> = swept.methods().collect();
         for (method, limit) in found.iter().enumerate() {
-            let expected = swept.complete(method);
+            let expected = methods[method].complete();
             assert_eq!(limit.highest, expected.highest, "{}", RULES[method]);
             assert_eq!(limit.first_miss, expected.first_miss, "{}", RULES[method]);
         }
@@ -397,14 +398,12 @@ fn a_stopped_sweep_ends_with_the_last_whole_value() {
     ] {
         let after = After::new(steps);
         let swept = run(&after).unwrap();
-        assert_eq!(
-            (swept.values.as_slice(), swept.planned),
-            (values, 3),
-            "{steps}"
-        );
-        assert_eq!(swept.points.len(), values.len());
-        assert_eq!(swept.bounds.as_ref().unwrap().len(), values.len());
-        assert_eq!(swept.arms_meet.len(), values.len());
+        let speeds: Vec<f64> = swept.values.iter().map(|at| at.value).collect();
+        assert_eq!((speeds.as_slice(), swept.planned), (values, 3), "{steps}");
+        for at in &swept.values {
+            assert_eq!(at.methods.len(), RULES.len());
+            assert!(at.bound.is_some());
+        }
         assert_eq!(after.begun(), [("sweeping".into(), 3, "values".into())]);
     }
     let after = After::new(2);

@@ -47,7 +47,7 @@ fn speed_limits_are_those_of_a_brute_force_scan() {
         &environment,
     )
     .unwrap();
-    let of_sweep = swept.limits(0);
+    let of_sweep = swept.method("robust_gt").unwrap().limits();
     let scan = SpeedScan::new(0.004, &station).unwrap();
     let tree = AssignmentTree::new(vec!["SPT,FIFO".parse().unwrap()]);
     let mut not_monotone = 0;

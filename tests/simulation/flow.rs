@@ -53,7 +53,7 @@ fn lines_that_pick_everything_have_the_flow_as_their_throughput() {
             let robots = (1..=5).map(|robots| (robots as f64, paper(robots)));
             let swept = swept(robots.collect(), &patterns);
             let mut flow = None;
-            for point in swept.points.iter().flatten() {
+            for point in swept.values.iter().flat_map(|at| &at.methods) {
                 let of = &point.throughput;
                 let (Some(throughput), Some(interval)) = (of.mean, of.interval) else {
                     continue;
@@ -73,10 +73,10 @@ fn lines_that_pick_everything_have_the_flow_as_their_throughput() {
                 }
             }
             // No robot takes anything away.
-            let shares: Vec<f64> = swept
-                .points
-                .iter()
-                .filter_map(|points| points[0].throughput.share())
+            let first = swept.methods().next().unwrap();
+            let shares: Vec<f64> = first
+                .points()
+                .filter_map(|(_, point)| point.throughput.share())
                 .collect();
             assert!(
                 shares.len() > 1 && shares.windows(2).all(|pair| pair[1] >= pair[0] - 0.01),
@@ -95,13 +95,15 @@ fn the_recommended_reach_is_no_matter_of_chance() {
     let reaches = (14..=24).map(|k| 0.05 * f64::from(k));
     let stations = reaches.map(|reach| (reach, paper(3).with_reach(reach).unwrap()));
     let swept = swept(stations.collect(), &patterns);
-    let good = |i: &usize| swept.points[*i][0].picked_share > 0.999;
-    let least = (0..swept.values.len()).find(good).unwrap();
-    let recommended = swept.recommended(0).unwrap();
+    let first = swept.methods().next().unwrap();
+    let mut good = first
+        .points()
+        .filter(|(_, point)| point.picked_share > 0.999);
+    let (least, _) = good.next().unwrap();
+    let recommended = first.recommended().unwrap();
     assert!(
-        recommended <= swept.values[least],
-        "{recommended}, everything from {}",
-        swept.values[least]
+        recommended <= least,
+        "{recommended}, everything from {least}"
     );
 }
 

@@ -106,17 +106,17 @@ fn a_further_robot_is_worth_its_own_capacity() {
         &environment,
     )
     .unwrap();
-    let throughput: Vec<f64> = swept
-        .points
-        .iter()
-        .map(|p| p[0].throughput.mean.unwrap())
+    let robust = swept.method("robust_gt").unwrap();
+    let throughput: Vec<f64> = robust
+        .points()
+        .map(|(_, point)| point.throughput.mean.unwrap())
         .collect();
     for pair in throughput.windows(2) {
         // SPT leaves the later robots the items that are further from their bins.
         let worth = (pair[1] - pair[0]) / throughput[0];
         assert!((0.7..1.05).contains(&worth), "{throughput:?}");
     }
-    assert_eq!(swept.recommended(0), Some(5.0));
+    assert_eq!(robust.recommended(), Some(5.0));
 }
 
 /// A line that picks everything makes what arrives; the columns of a grid are counted whole.

@@ -1,7 +1,7 @@
 //! `pickline station`.
 
 use super::args::{StationChoice, StationCommand};
-use super::outputs::{self, Outputs};
+use super::outputs::Outputs;
 use super::session::{Session, tell};
 use super::settings::load_pattern;
 use pickline::clearance;
@@ -13,7 +13,7 @@ use pickline::sim::Conditions;
 use pickline::station::{
     Bin, Overrides, Robot, Station, commented_example, edited, station_hash, to_toml,
 };
-use pickline_report::{Table, arms_apart, fixed, station_picture, with_origin};
+use pickline_report::{OutputProtection, Table, arms_apart, fixed, station_picture, with_origin};
 use std::path::Path;
 
 pub(crate) fn run(command: StationCommand, session: &Session) -> Result<()> {
@@ -27,7 +27,9 @@ pub(crate) fn run(command: StationCommand, session: &Session) -> Result<()> {
         } => {
             let named = pattern.as_deref().map(Path::new);
             let read = [station.file(), ("--pattern", named)];
-            outputs::check("station show", force, &read, &[("--svg", svg.as_deref())])?;
+            OutputProtection::of("station show")
+                .with_force(force)
+                .check(&read, &[("--svg", svg.as_deref())])?;
             let camera = camera_x.map(plausible_camera).transpose()?;
             show(
                 &station,

@@ -159,7 +159,6 @@ impl SweepPlan {
         Ok(SweepReport::new(
             &swept.sweep,
             self.axis,
-            &swept.methods,
             study.is_papers_case(),
             flags::in_notes(&swept.notes),
             flags::flag,

@@ -1,7 +1,7 @@
 //! `pickline train`.
 
 use super::args::TrainArgs;
-use super::outputs;
+use super::outputs::WHOLE;
 use super::progress::Bar;
 use super::session::{Session, tell};
 use super::settings::{check_threads, on_threads};
@@ -12,14 +12,16 @@ use pickline::optimize::Environment;
 use pickline::rl::{Imitation, PRESETS, Plan};
 use pickline::station::{self, Overrides};
 use pickline::strategies::policy_file;
-use pickline::study::{
-    SavedTraining, TrainOptions, TrainStudy, TrainedPolicy, TrainingEvent, TrainingLine,
+use pickline::study::{SavedTraining, TrainOptions, TrainStudy, TrainingEvent, TrainingLine};
+use pickline_report::{
+    OutputProtection, TrainingReport, VerbReport as _, json_text, learning_curve_csv,
 };
-use pickline_report::{Provenance, curve_chart, json_text};
 use std::path::{Path, PathBuf};
 
-/// Extensions of the files written next to a policy.
-const BESIDE: [&str; 4] = ["json", "csv", "svg", "checkpoint.json"];
+/// Extension of the learning curve, which is written with every checkpoint.
+const CURVE: &str = "csv";
+/// Extension of the checkpoint.
+const CHECKPOINT: &str = "checkpoint.json";
 
 pub(crate) fn run(args: TrainArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
@@ -70,7 +72,10 @@ impl TrainArgs {
                         other endings";
             return Err(Error::usage("--out", problem, cure));
         }
-        let beside = BESIDE.map(|ending| self.out.with_extension(ending));
+        let extensions = TrainingReport::file_names().into_iter();
+        let extensions = extensions.chain([CURVE, CHECKPOINT]);
+        let beside = extensions.map(|extension| self.out.with_extension(extension));
+        let beside: Vec<PathBuf> = beside.collect();
         let written: Vec<_> = std::iter::once(&self.out)
             .chain(&beside)
             .map(|path| ("--out", Some(path.as_path())))
@@ -81,7 +86,9 @@ impl TrainArgs {
         let expert = plan.imitation.as_ref();
         let expert = expert.and_then(|imitation| policy_file(&imitation.strategy));
         read.push(("--imitate", expert));
-        outputs::check("train", self.force, &read, &written)
+        OutputProtection::of("train")
+            .with_force(self.force)
+            .check(&read, &written)
     }
 
     /// The plan from the arguments.
@@ -155,9 +162,10 @@ impl TrainPlan {
             let report = &mut |event: TrainingEvent| files.handle(&event, quiet);
             Ok((first, study.run(&environment, report)?))
         })?;
-        files.write(&trained, &first)?;
+        let report = TrainingReport::new(&trained, &first);
+        files.write(&trained.onnx, &report)?;
         trained.check_converged()?;
-        session.print(trained.table.as_bytes())
+        session.print(report.to_table(&WHOLE).as_bytes())
     }
 }
 
@@ -181,8 +189,9 @@ impl PolicyFiles {
             ),
             TrainingEvent::Saved { state, curve } => {
                 let state = json_text(state)?;
-                files::write_whole(&self.beside("checkpoint.json"), state.as_bytes())?;
-                return files::write_whole(&self.beside("csv"), curve.as_bytes());
+                files::write_whole(&self.beside(CHECKPOINT), state.as_bytes())?;
+                let curve = learning_curve_csv(curve);
+                return files::write_whole(&self.beside(CURVE), curve.as_bytes());
             }
             _ => return Ok(()),
         };
@@ -192,22 +201,13 @@ impl PolicyFiles {
         Ok(())
     }
 
-    /// Writes the policy, its record and its learning curve; `first` is the first line that was
-    /// trained on.
-    fn write(&self, trained: &TrainedPolicy, first: &TrainingLine) -> Result<()> {
-        let record = &trained.record;
-        files::write_whole(&self.policy, &trained.onnx)?;
-        files::write_whole(&self.beside("json"), json_text(record)?.as_bytes())?;
-        // The recorded command names the other stations.
-        let made = Provenance::new(
-            &record.command,
-            &first.name,
-            &first.station,
-            "the built-in cases",
-            record.seed,
-        );
-        let chart = curve_chart(&trained.curve, &made);
-        files::write_whole(&self.beside("svg"), chart.as_bytes())
+    /// Writes the policy, the bytes of an ONNX file, and the files of its report.
+    fn write(&self, onnx: &[u8], report: &TrainingReport) -> Result<()> {
+        files::write_whole(&self.policy, onnx)?;
+        for (extension, content) in report.files()? {
+            files::write_whole(&self.beside(extension), content.as_bytes())?;
+        }
+        Ok(())
     }
 
     /// The policy's path with another extension.

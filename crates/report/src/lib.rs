@@ -20,6 +20,7 @@ mod origin;
 mod page;
 mod palette;
 mod presentation;
+mod protection;
 mod provenance;
 mod replay;
 mod run;
@@ -27,19 +28,20 @@ mod station_picture;
 mod sweep;
 mod table;
 mod throughput;
+#[cfg(feature = "onnx")]
+mod training;
 mod verb_report;
 
 pub use bound::{BoundReport, CertifiedReport};
 pub use charts::ChartKind;
-#[cfg(feature = "onnx")]
-pub use charts::curve_chart;
 pub use clearance::{ClearanceReport, arms_apart};
 pub use comparison::ComparisonReport;
 pub use description::DescriptionReport;
 pub use game::{GameReport, nfg_text};
 pub use optimum::{OptimumReport, RivalsReport, ValidationReport};
-pub use origin::{is_result_of, origin_comment, with_origin};
+pub use origin::{origin_comment, with_origin};
 pub use presentation::Presentation;
+pub use protection::OutputProtection;
 pub use provenance::Provenance;
 pub use replay::{check_replay, replay_page};
 pub use run::RunReport;
@@ -47,4 +49,6 @@ pub use station_picture::station_picture;
 pub use sweep::SweepReport;
 pub use table::{Table, fixed};
 pub use throughput::ThroughputReport;
+#[cfg(feature = "onnx")]
+pub use training::{TrainingReport, learning_curve_csv};
 pub use verb_report::{ResultFile, VerbReport, json_text};

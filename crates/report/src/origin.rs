@@ -1,5 +1,5 @@
-//! How a file names the command that wrote it, and how that is read back. `cli` checks it
-//! before it overwrites a file.
+//! How a file names the command that wrote it, and how that is read back before the
+//! file is overwritten.
 
 use super::page::escape;
 use serde_json::Value;
@@ -48,7 +48,7 @@ fn origin(command: &str) -> String {
 
 /// Whether `content` is a file that the subcommand `verb` wrote, judging by the file itself. A
 /// file that only mentions the subcommand, such as a script that calls it, does not count.
-pub fn is_result_of(content: &[u8], verb: &str) -> bool {
+pub(crate) fn is_result_of(content: &[u8], verb: &str) -> bool {
     let Ok(text) = std::str::from_utf8(content) else {
         // Policies are the only results that are not text.
         let has = |words: &str| content.windows(words.len()).any(|w| w == words.as_bytes());

@@ -2,7 +2,6 @@
 
 use super::target::{write_pattern, written};
 use crate::args::{GenerateArgs, PatternKind, StationChoice};
-use crate::outputs;
 use crate::session::{Session, tell};
 use pickline::error::{Error, Result, counted, shown, shown_number};
 use pickline::pattern::{
@@ -12,7 +11,7 @@ use pickline::pattern::{
 use pickline::plausible::BELT_WIDTH;
 use pickline::station::Belt;
 use pickline::study::DEFAULT_GRID;
-use pickline_report::DescriptionReport;
+use pickline_report::{DescriptionReport, OutputProtection};
 use rand::rngs::ChaCha8Rng;
 use std::path::{Path, PathBuf};
 
@@ -52,7 +51,9 @@ impl GenerateArgs {
         let output = written(self.output.clone());
         let read = [self.station.file(), ("--profile", self.profile.as_deref())];
         let targets = [("--output", output.as_deref())];
-        outputs::check("pattern generate", self.force, &read, &targets)?;
+        OutputProtection::of("pattern generate")
+            .with_force(self.force)
+            .check(&read, &targets)?;
         let belt = self.chosen_belt()?;
         let attributes = self.attributes.resolve()?;
         let classes = self.classes.as_deref().map(|text| {

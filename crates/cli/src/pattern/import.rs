@@ -3,7 +3,7 @@
 use super::target::{write_pattern, written};
 use crate::args::{AxisArg, BoxesArg, TracksArgs};
 use crate::flags::flag;
-use crate::outputs::{self, Outputs};
+use crate::outputs::Outputs;
 use crate::session::{Session, tell};
 use crate::warnings::warn;
 use pickline::error::{Error, Result, counted, shown, spell_settings};
@@ -11,7 +11,7 @@ use pickline::files;
 use pickline::pattern::Pattern;
 use pickline::pattern::tracking::{self, ImportOptions};
 use pickline::plausible::{BELT_SPEED, MERGE_DISTANCE, SPLIT_DISTANCE};
-use pickline_report::json_text;
+use pickline_report::{OutputProtection, json_text};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -38,7 +38,9 @@ impl TracksArgs {
             ("--report", self.report.as_deref()),
         ];
         let read = [("the recording", Some(self.file.as_path()))];
-        outputs::check("pattern import", self.force, &read, &targets)?;
+        OutputProtection::of("pattern import")
+            .with_force(self.force)
+            .check(&read, &targets)?;
         if self.file.is_dir() {
             check_outside(&self.file, &targets)?;
         }

@@ -6,7 +6,10 @@ use super::session::Hello;
 pub(crate) const LONGEST_LINE: usize = 64 * 1024;
 
 /// Why a message was refused.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, strum::EnumString, strum::IntoStaticStr,
+)]
+#[strum(serialize_all = "snake_case")]
 #[non_exhaustive]
 pub enum Rejection {
     /// The line is too long.
@@ -40,50 +43,16 @@ pub enum Rejection {
 }
 
 impl Rejection {
-    const ALL: [Self; 14] = [
-        Self::TooLong,
-        Self::Syntax,
-        Self::Checksum,
-        Self::Sequence,
-        Self::Version,
-        Self::Kind,
-        Self::Field,
-        Self::Value,
-        Self::Stamp,
-        Self::UnknownRobot,
-        Self::UnknownTask,
-        Self::OffBelt,
-        Self::TooManyItems,
-        Self::NotAllowed,
-    ];
-
     /// The reason with this name, if there is one.
     pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|reason| reason.name() == name)
+        name.parse().ok()
     }
 
     /// The key in a status.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::TooLong => "too_long",
-            Self::Syntax => "syntax",
-            Self::Checksum => "checksum",
-            Self::Sequence => "sequence",
-            Self::Version => "version",
-            Self::Kind => "kind",
-            Self::Field => "field",
-            Self::Value => "value",
-            Self::Stamp => "stamp",
-            Self::UnknownRobot => "unknown_robot",
-            Self::UnknownTask => "unknown_task",
-            Self::OffBelt => "off_belt",
-            Self::TooManyItems => "too_many_items",
-            Self::NotAllowed => "not_allowed",
-        }
+        self.into()
     }
-}
 
-impl Rejection {
     /// Whether such a line is not a message of this protocol at all, so that a peer that begins
     /// with it speaks something else.
     pub(crate) fn is_foreign(self) -> bool {

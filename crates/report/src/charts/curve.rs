@@ -8,7 +8,7 @@ use crate::table::fixed;
 use pickline::rl::Curve;
 
 /// `curve` as an SVG file.
-pub fn curve_chart(curve: &Curve, made: &Provenance) -> String {
+pub(crate) fn curve_chart(curve: &Curve, made: &Provenance) -> String {
     for_paper(chart(curve), Some(made))
 }
 

@@ -24,13 +24,13 @@ mod look;
 mod marks;
 mod signs;
 
-#[cfg(feature = "onnx")]
-pub use curve::curve_chart;
 pub use kind::ChartKind;
 
 pub(crate) use axis::{ChartAxis, percent};
 pub(crate) use chart::{
     Chart, ChartBar, ChartMark, ChartPoint, Ink, Layer, LegendLine, PointStyle, Swatch, beside,
 };
+#[cfg(feature = "onnx")]
+pub(crate) use curve::curve_chart;
 pub(crate) use draw::for_page;
 pub(crate) use labels::short;

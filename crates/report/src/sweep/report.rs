@@ -3,7 +3,7 @@
 use crate::provenance::Provenance;
 use crate::throughput::ThroughputReport;
 use pickline::error::spell_settings;
-use pickline::experiment::{Axis, Limit, Sweep, SweepBound, SweepPoint, paper};
+use pickline::experiment::{Axis, Limit, Sweep, SweepPoint, SweepValue, SweptMethod, paper};
 use pickline::stats::{self, Interval};
 use pickline::throughput::UnsteadyReason;
 use serde::Serialize;
@@ -103,22 +103,25 @@ pub struct BoundPoint {
 }
 
 impl BoundsReport {
-    fn new(bounds: &[SweepBound], values: &[f64]) -> Self {
-        let points = values.iter().zip(bounds);
-        Self {
+    /// The report of the bounds at `values`, if they were requested.
+    fn new(values: &[SweepValue]) -> Option<Self> {
+        let bounds = values.iter().map(|at| Some((at.value, at.bound.as_ref()?)));
+        let bounds: Vec<_> = bounds.collect::<Option<_>>()?;
+        let points = bounds.iter();
+        Some(Self {
             impossible: points
                 .clone()
                 .filter(|(_, bound)| !bound.complete())
-                .map(|(&value, _)| value)
+                .map(|(value, _)| *value)
                 .collect(),
             points: points
-                .map(|(&value, bound)| BoundPoint {
-                    value,
+                .map(|(value, bound)| BoundPoint {
+                    value: *value,
                     picked_share: bound.picked_share,
                     picking_rate_per_min: bound.picking_rate,
                 })
                 .collect(),
-        }
+        })
     }
 }
 
@@ -164,7 +167,7 @@ pub struct PaperLimits {
 
 /// A note that limits on short patterns are not limits of the line, if there are any.
 fn short_limit(sweep: &Sweep) -> Option<String> {
-    let mut points = sweep.points.iter().flatten();
+    let mut points = sweep.values.iter().flat_map(|at| &at.methods);
     let enough = points
         .clone()
         .filter_map(|point| match point.throughput.missing {
@@ -189,20 +192,19 @@ fn short_limit(sweep: &Sweep) -> Option<String> {
 }
 
 impl PointReport {
-    /// The report of a method at a value, given by their places; `id` is the method's name.
-    fn new(sweep: &Sweep, axis: Axis, (place, method): (usize, usize), id: &str) -> Self {
-        let point = &sweep.points[place][method];
+    /// The report of a method at `value`. With `fewer`, the same method with fewer robots, it says
+    /// what a further robot adds.
+    fn new(value: f64, point: &SweepPoint, fewer: Option<(f64, &SweepPoint)>) -> Self {
         let added = || {
-            let before = place.checked_sub(1).filter(|_| axis == Axis::Robots)?;
-            let robots = sweep.values[place] - sweep.values[before];
-            let (here, before) = (&point.throughput, &sweep.points[before][method].throughput);
+            let (robots, before) = fewer?;
+            let (here, before) = (&point.throughput, &before.throughput);
             // The flow differs only if other patterns have a steady state.
             let share = here.share()? - before.share()?;
-            Some(share * here.flow? / robots)
+            Some(share * here.flow? / (value - robots))
         };
         Self {
-            value: sweep.values[place],
-            method: id.to_owned(),
+            value,
+            method: point.method.clone(),
             title: point.title.clone(),
             throughput: ThroughputReport::new(&point.throughput),
             added_per_robot_per_min: added(),
@@ -219,25 +221,25 @@ impl PointReport {
 }
 
 impl LimitReport {
-    /// The report of the limits of a method; `id` is its name.
-    fn new(sweep: &Sweep, axis: Axis, method: usize, id: &str) -> Self {
-        let first = sweep.complete(0).highest;
+    /// The report of the limits of `method` on `axis`; `first` is the limit of the first method if
+    /// this is another one.
+    fn new(method: &SweptMethod, axis: Axis, first: Option<f64>) -> Self {
         let Limit {
             highest,
             first_miss,
             again,
             lowest,
             ..
-        } = sweep.complete(method);
-        let mut of_patterns = sweep.limits(method);
+        } = method.complete();
+        let mut of_patterns = method.limits();
         of_patterns.sort_by(f64::total_cmp);
         Self {
-            method: id.to_owned(),
+            method: method.name().to_owned(),
             highest,
             first_miss,
             again,
             lowest,
-            highest_95_99: sweep.nearly_complete(method, 0.95).highest,
+            highest_95_99: method.nearly_complete(0.95).highest,
             of_patterns: [0.0, 0.5, 1.0].map(|share| stats::quantile(&of_patterns, share)),
             all_of_patterns: match of_patterns.len() {
                 1 => Vec::new(),
@@ -245,62 +247,67 @@ impl LimitReport {
             },
             benefit_percent: first
                 .zip(highest)
-                .filter(|_| method > 0 && !axis.helps())
+                .filter(|_| !axis.helps())
                 .map(|(first, this)| 100.0 * (this / first - 1.0)),
             recommended: match axis {
                 Axis::Speed => None,
-                _ => sweep.recommended(method),
+                _ => method.recommended(),
             },
         }
     }
 }
 
+/// Every method at every value, ordered by value, then by method.
+fn points(sweep: &Sweep, axis: Axis) -> Vec<PointReport> {
+    let mut points = Vec::new();
+    let mut before: Option<&SweepValue> = None;
+    for at in &sweep.values {
+        for (place, point) in at.methods.iter().enumerate() {
+            let fewer = before.filter(|_| axis == Axis::Robots);
+            let fewer = fewer.map(|fewer| (fewer.value, &fewer.methods[place]));
+            points.push(PointReport::new(at.value, point, fewer));
+        }
+        before = Some(at);
+    }
+    points
+}
+
 impl SweepReport {
-    /// The report of `sweep` over `axis`. `ids` are the methods' names in files; `with_paper`:
-    /// this is the paper's case; notes call settings what `spelling` makes of their names.
+    /// The report of `sweep` over `axis`. `with_paper`: this is the paper's case; notes call
+    /// settings what `spelling` makes of their names.
     pub fn new(
         sweep: &Sweep,
         axis: Axis,
-        ids: &[String],
         with_paper: bool,
         notes: Vec<String>,
         spelling: fn(&str) -> String,
         made: Provenance,
     ) -> Self {
-        let places = 0..sweep.values.len();
-        let points = places.flat_map(|place| {
-            let methods = ids.iter().enumerate();
-            methods.map(move |(method, id)| PointReport::new(sweep, axis, (place, method), id))
-        });
-        let points: Vec<PointReport> = points.collect();
+        let points = points(sweep, axis);
         let throughputs = points.iter().map(|point| &point.throughput);
         let mut notes = notes;
         notes.extend(ThroughputReport::note(throughputs));
         let short = short_limit(sweep).filter(|_| axis == Axis::Speed);
         notes.extend(short.map(|note| spell_settings(&note, spelling)));
-        let meet = sweep.values.iter().zip(&sweep.arms_meet);
+        let meet = sweep.values.iter().filter(|at| at.arms_meet);
+        let methods: Vec<SweptMethod> = sweep.methods().collect();
+        let first = methods.first().and_then(|first| first.complete().highest);
+        let limits = methods.iter().enumerate().map(|(place, method)| {
+            let first = first.filter(|_| place > 0);
+            LimitReport::new(method, axis, first)
+        });
         let (robust_gt, rl) = paper::SPEED_LIMITS;
         Self {
             planned: sweep.planned,
             helps: axis.helps(),
             sweep: axis.name(),
             unit: axis.unit(),
-            patterns: sweep.limits(0).len(),
+            patterns: methods.first().map_or(0, |first| first.limits().len()),
             points,
-            arms_can_meet: meet
-                .filter(|(_, meet)| **meet)
-                .map(|(value, _)| *value)
-                .collect(),
+            arms_can_meet: meet.map(|at| at.value).collect(),
             weighs: sweep.weighs,
-            limits: ids
-                .iter()
-                .enumerate()
-                .map(|(method, id)| LimitReport::new(sweep, axis, method, id))
-                .collect(),
-            bounds: sweep
-                .bounds
-                .as_ref()
-                .map(|bounds| BoundsReport::new(bounds, &sweep.values)),
+            limits: limits.collect(),
+            bounds: BoundsReport::new(&sweep.values),
             paper: with_paper.then(|| PaperLimits {
                 robust_gt,
                 rl,
