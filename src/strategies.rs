@@ -3,7 +3,7 @@
 use crate::decision::Strategy;
 use crate::dispatch::{Rule, RuleAssignment, RuleStrategy};
 use crate::error::{Error, Result, known_names, shown};
-use crate::planning::{Allowance, KEYS, Lookahead, WrittenOptions};
+use crate::planning::{Allowance, KEYS, Lookahead, LookaheadOptions, WrittenOptions};
 use crate::policy::Trained;
 #[cfg(feature = "onnx")]
 use crate::policy::{Policy, PolicyStrategy};
@@ -34,44 +34,30 @@ type Maker = Box<dyn Fn(&Setup) -> Result<Blueprint> + Send + Sync>;
 /// A strategy that was read, and a remark about how.
 type ReadStrategy = (Maker, Option<String>);
 
+/// The name of rule assignments among the strategies.
+const RULES: &str = "rules";
+/// The name of the look-ahead.
+const LOOKAHEAD: &str = "lookahead";
+
 /// Every kind of strategy.
 pub static STRATEGIES: &[StrategyKind] = &[
     StrategyKind {
-        name: "rules",
+        name: RULES,
         form: "rules:R1,R2,...",
         summary: "one dispatching rule for each robot, upstream first",
         options: &[],
         budgeted: false,
-        read: |text| {
-            let rules: RuleAssignment = text.unwrap_or_default().parse()?;
-            let make: Maker = Box::new(move |setup| {
-                let strategy = RuleStrategy(rules.clone().for_robots(setup.robots)?);
-                Ok(Blueprint::new(strategy.name(), move || {
-                    Box::new(strategy.clone())
-                }))
-            });
-            Ok((make, None))
-        },
+        read: |text| Ok((rule_maker(text.unwrap_or_default().parse()?), None)),
     },
     StrategyKind {
-        name: "lookahead",
+        name: LOOKAHEAD,
         form: "lookahead[:KEY=VALUE,...]",
         summary: "plans ahead for all robots over the items in view, at every decision",
         options: &KEYS,
         budgeted: true,
         read: |text| {
             let written = WrittenOptions::read(text.unwrap_or_default())?;
-            let make: Maker = Box::new(move |setup| {
-                let mut options = written.on(setup.robots, setup.allowance)?;
-                let name = options.written();
-                if options.bases.is_empty() {
-                    options.bases = (setup.bases)()?;
-                }
-                Ok(Blueprint::new(name, move || {
-                    Box::new(Lookahead::new(options.clone()))
-                }))
-            });
-            Ok((make, None))
+            Ok((lookahead_maker(written), None))
         },
     },
     StrategyKind {
@@ -86,6 +72,30 @@ pub static STRATEGIES: &[StrategyKind] = &[
         },
     },
 ];
+
+/// Makes the strategy of `rules`.
+fn rule_maker(rules: RuleAssignment) -> Maker {
+    Box::new(move |setup| {
+        let strategy = RuleStrategy(rules.clone().for_robots(setup.robots)?);
+        Ok(Blueprint::new(strategy.name(), move || {
+            Box::new(strategy.clone())
+        }))
+    })
+}
+
+/// Makes the look-ahead with the options `written`.
+fn lookahead_maker(written: WrittenOptions) -> Maker {
+    Box::new(move |setup| {
+        let mut options = written.on(setup.robots, setup.allowance)?;
+        let name = options.written();
+        if options.bases.is_empty() {
+            options.bases = (setup.bases)()?;
+        }
+        Ok(Blueprint::new(name, move || {
+            Box::new(Lookahead::new(options.clone()))
+        }))
+    })
+}
 
 /// How the built-in policy is written.
 pub const POLICY: &str = "onnx";
@@ -205,23 +215,83 @@ impl fmt::Debug for Blueprint {
     }
 }
 
-/// The part of a strategy that does not depend on the line: its parsed text, and its file,
-/// which is not read again.
-pub struct Parsed {
+/// A strategy for a line that is not known yet.
+///
+/// [`parse`] reads one from text. Rules and the look-ahead are also made from their types, and
+/// [`StrategySpec::custom`] makes one of any [`Strategy`]:
+///
+/// ```
+/// use pickline::planning::LookaheadOptions;
+/// use pickline::{CompareOptions, RuleAssignment};
+///
+/// let rules: RuleAssignment = "SPT,FIFO".parse()?;
+/// let options = CompareOptions::default()
+///     .with_strategy(rules)
+///     .with_strategy(LookaheadOptions::default().with_depth(2));
+/// # Ok::<(), pickline::Error>(())
+/// ```
+pub struct StrategySpec {
     text: String,
-    kind: &'static StrategyKind,
+    /// The name of its kind, for messages.
+    kind: String,
+    /// Whether its decisions have a budget.
+    budgeted: bool,
     make: Maker,
     remark: Option<String>,
 }
 
-impl fmt::Debug for Parsed {
+impl fmt::Debug for StrategySpec {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.debug_tuple("Parsed").field(&self.text).finish()
+        f.debug_tuple("StrategySpec").field(&self.text).finish()
     }
 }
 
-impl Parsed {
-    /// The text from which it was read.
+impl From<RuleAssignment> for StrategySpec {
+    /// One dispatching rule for each robot, upstream first.
+    fn from(rules: RuleAssignment) -> Self {
+        Self {
+            text: RuleStrategy(rules.clone()).name(),
+            kind: RULES.into(),
+            budgeted: false,
+            make: rule_maker(rules),
+            remark: None,
+        }
+    }
+}
+
+impl From<LookaheadOptions> for StrategySpec {
+    /// The look-ahead with these options. As in text, a default budget gives way to that of the
+    /// study, and a study finds the base assignments if there are none.
+    fn from(options: LookaheadOptions) -> Self {
+        Self {
+            text: options.written(),
+            kind: LOOKAHEAD.into(),
+            budgeted: true,
+            make: lookahead_maker(options.into()),
+            remark: None,
+        }
+    }
+}
+
+impl StrategySpec {
+    /// A strategy of the caller's own, called `name` in results. `make` returns it as it is at the
+    /// start of a run; every run gets a new one, so that runs in parallel share nothing.
+    pub fn custom<S: Strategy + 'static>(
+        name: impl Into<String>,
+        make: impl Fn() -> S + Send + Sync + 'static,
+    ) -> Self {
+        let name = name.into();
+        let blueprint = Blueprint::new(name.clone(), move || Box::new(make()));
+        Self {
+            text: name.clone(),
+            kind: name,
+            budgeted: false,
+            make: Box::new(move |_| Ok(blueprint.clone())),
+            remark: None,
+        }
+    }
+
+    /// How it is written: the text from which it was read, or its name.
     pub fn text(&self) -> &str {
         &self.text
     }
@@ -236,10 +306,10 @@ impl Parsed {
     /// # Errors
     /// Rules for another number of robots, or a budget that the strategy has not or already has.
     pub(crate) fn on(&self, setup: &Setup) -> Result<Blueprint> {
-        if setup.allowance.asked.is_some() && !self.kind.budgeted {
+        if setup.allowance.asked.is_some() && !self.budgeted {
             return Err(Error::usage(
                 "'budget_ms'",
-                format!("does not apply to {}, which does not plan", self.kind.name),
+                format!("does not apply to {}, which does not plan", self.kind),
                 "remove it, or choose a strategy that plans, such as lookahead",
             ));
         }
@@ -267,7 +337,7 @@ impl Parsed {
 /// # Errors
 /// An unknown name (the message suggests the nearest known one), an unknown option or one with an
 /// invalid value, or a file that is not a policy.
-pub fn parse(text: &str) -> Result<Parsed> {
+pub fn parse(text: &str) -> Result<StrategySpec> {
     let (name, rest) = match text.split_once(':') {
         Some((name, rest)) => (name, Some(rest)),
         None if STRATEGIES.iter().any(|kind| kind.name == text) => (text, None),
@@ -278,13 +348,14 @@ pub fn parse(text: &str) -> Result<Parsed> {
         {
             (text, None)
         }
-        None => ("rules", Some(text)),
+        None => (RULES, Some(text)),
     };
     if let Some(kind) = STRATEGIES.iter().find(|kind| kind.name == name) {
         let (make, remark) = (kind.read)(rest)?;
-        return Ok(Parsed {
+        return Ok(StrategySpec {
             text: text.to_owned(),
-            kind,
+            kind: kind.name.into(),
+            budgeted: kind.budgeted,
             make,
             remark,
         });
@@ -305,10 +376,10 @@ pub fn parse(text: &str) -> Result<Parsed> {
     ))
 }
 
-/// The strategy that `text` names, for a line of `robots` robots as in [`Parsed::alone`].
+/// The strategy that `text` names, for a line of `robots` robots as in [`StrategySpec::alone`].
 ///
 /// # Errors
-/// As for [`parse`] and [`Parsed::alone`].
+/// As for [`parse`] and [`StrategySpec::alone`].
 pub fn read_alone(text: &str, robots: usize) -> Result<Blueprint> {
     parse(text)?.alone(robots)
 }
@@ -349,6 +420,7 @@ pub fn default_strategy(robots: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::planning::Budget;
 
     #[test]
     fn strategies_are_read_by_name() {
@@ -384,6 +456,53 @@ mod tests {
         }
     }
 
+    /// What is made from types is what is read from its text.
+    #[test]
+    fn specs_from_types_equal_specs_from_text() {
+        let rules: RuleAssignment = "SPT,FIFO".parse().unwrap();
+        let bases = vec![rules.clone()];
+        let ahead = LookaheadOptions::default().with_depth(2).with_bases(bases);
+        for (spec, text) in [
+            (StrategySpec::from(rules), "rules:SPT,FIFO"),
+            (ahead.clone().into(), "lookahead:bases=SPT+FIFO,depth=2"),
+            (
+                ahead.with_budget(Budget::Decisions(7)).into(),
+                "lookahead:budget=7,bases=SPT+FIFO,depth=2",
+            ),
+        ] {
+            let read = parse(text).unwrap();
+            assert_eq!(spec.text(), read.text());
+            let allowance = Allowance {
+                asked: Some(Budget::Decisions(9)),
+                otherwise: Budget::LIVE,
+            };
+            let names = |spec: &StrategySpec| {
+                let setup = Setup {
+                    robots: 2,
+                    bases: &|| Ok(Vec::new()),
+                    allowance,
+                };
+                let asked = spec.on(&setup).map(|blueprint| blueprint.make().name());
+                let alone = spec.alone(2).unwrap();
+                let name = (alone.name().to_owned(), alone.make().name());
+                (asked.map_err(|error| error.to_string()), name)
+            };
+            assert_eq!(names(&spec), names(&read), "{text}");
+            assert_eq!(
+                spec.alone(3).unwrap_err().to_string(),
+                read.alone(3).unwrap_err().to_string()
+            );
+        }
+    }
+
+    #[test]
+    fn a_custom_strategy_is_made_for_every_run() {
+        let spec = StrategySpec::custom("mine", || RuleStrategy(default_assignment(2)));
+        let blueprint = spec.alone(2).unwrap();
+        assert_eq!((spec.text(), blueprint.name()), ("mine", "mine"));
+        assert_eq!(blueprint.make().name(), "rules:SPT,FIFO");
+    }
+
     /// A script with an empty variable must not get the built-in policy.
     #[cfg(feature = "onnx")]
     #[test]
@@ -396,7 +515,7 @@ mod tests {
     }
 
     #[test]
-    fn the_bound_is_said_to_be_no_strategy() {
+    fn the_bound_is_rejected_as_a_strategy() {
         let message = read_alone("bound", 2).unwrap_err().to_string();
         for word in [
             "'strategy'",

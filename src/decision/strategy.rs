@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn strategies_look_and_have_no_trouble_unless_they_say_so() {
+    fn strategies_observe_and_have_no_trouble_by_default() {
         assert!(Defaults.needs_view());
         assert_eq!(Defaults.trouble(), None);
         let message = ask(&mut Defaults, 1).unwrap_err().to_string();

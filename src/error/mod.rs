@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn kinds_tell_a_wrong_path_from_a_full_disk() {
+    fn kinds_distinguish_a_wrong_path_from_a_full_disk() {
         use io::ErrorKind as System;
         let kind = |source: System| Error::write(Path::new("a"), source.into()).kind();
         for source in [System::NotFound, System::PermissionDenied] {

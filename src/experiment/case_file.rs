@@ -315,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn names_of_cases_are_told_from_files_and_feeds() {
+    fn names_of_cases_are_distinguished_from_files_and_feeds() {
         let counts = ["paper", "dense", "all"].map(|name| load_cases(name).unwrap().len());
         assert_eq!(counts, [4, 4, 8]);
         let dense = load_cases("dense").unwrap();

@@ -2,7 +2,8 @@
 //! but with a different seed.
 
 use super::grid::grid;
-use super::set::{PatternSet, PatternSource, Recipe};
+use super::recipe::Recipe;
+use super::set::{PatternSet, PatternSource};
 use crate::error::Result;
 
 /// Half the width of the range around a grid's spacing, as a share of the spacing.

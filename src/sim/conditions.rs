@@ -343,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn luck_differs_by_seed_item_and_attempt_and_from_the_positions() {
+    fn random_events_depend_on_seed_item_and_attempt_and_not_on_positions() {
         let item = Item::at("a", 0.0, 0.0);
         let draws = |draw: &dyn Fn(u32) -> bool| (0..64).map(draw).collect::<Vec<bool>>();
         let seeded = |seed: u64| Disturbances {

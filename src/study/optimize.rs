@@ -8,7 +8,8 @@ use super::patterns::{ScoredPatterns, ScoredSet, other_luck, with_draws};
 use crate::error::Result;
 use crate::optimize::{
     Environment, Evaluator, Grasp, Limits, Objective, Optimum, Risk, Rival, Search, SearchKind,
-    SpeedScan, StopReason, Validation, chosen_flow, find_optimum, rivals, validate,
+    SpeedScan, StopReason, Validation, ValidationOptions, chosen_flow, find_optimum, rivals,
+    validate,
 };
 use crate::pattern::{PatternSet, PatternSource, Recipe};
 use crate::sim::Conditions;
@@ -303,15 +304,10 @@ impl<'a> OptimizeStudy<'a> {
         environment: &Environment,
     ) -> Result<Option<Validation>> {
         let best = optimum.ranking.best();
-        validate(
-            evaluator,
-            &best.assignment,
-            chosen_flow(self.options.own.objective, best),
-            self.search.risk,
-            &other_luck(&self.conditions),
-            certify,
-            environment,
-        )
+        let options = ValidationOptions::new(self.search.risk, other_luck(&self.conditions))
+            .with_flow(chosen_flow(self.options.own.objective, best))
+            .with_certify(certify);
+        validate(evaluator, &best.assignment, &options, environment)
     }
 
     /// Scores the strategies and the winner on a set, the patterns of its evaluator.

@@ -14,7 +14,7 @@ use crate::pattern::{PatternSet, PatternSource, Recipe, TrainingSet};
 use crate::planning::Allowance;
 use crate::sim::Conditions;
 use crate::station::Station;
-use crate::strategies::{Blueprint, Parsed, Setup};
+use crate::strategies::{Blueprint, Setup, StrategySpec};
 use std::cell::OnceCell;
 
 /// Number of best assignments that serve as bases.
@@ -306,10 +306,10 @@ impl<'a> LineSearch<'a> {
     /// one decision if the strategy itself does not set it.
     ///
     /// # Errors
-    /// As for [`Parsed::on`], and [`Interrupted`](crate::error::ErrorKind::Interrupted).
+    /// As for [`StrategySpec::on`], and [`Interrupted`](crate::error::ErrorKind::Interrupted).
     pub(super) fn put(
         &self,
-        strategy: &Parsed,
+        strategy: &StrategySpec,
         known: &OnceCell<Vec<RuleAssignment>>,
         allowance: Allowance,
     ) -> Result<Blueprint> {

@@ -14,7 +14,7 @@ use crate::pattern::{PatternSet, PatternSource, Recipe};
 use crate::planning::Allowance;
 use crate::sim::Conditions;
 use crate::station::Station;
-use crate::strategies::Parsed;
+use crate::strategies::StrategySpec;
 use std::sync::Arc;
 
 /// Spacing [m] and number of items of the default pattern, a grid.
@@ -102,7 +102,7 @@ pub struct SweepStudy<'a> {
     options: &'a SweepOptions,
     conditions: Conditions,
     lines: Vec<LineAt>,
-    strategies: Vec<Arc<Parsed>>,
+    strategies: Vec<Arc<StrategySpec>>,
     source: PatternSource,
     recipe: Recipe,
     set: PatternSet,

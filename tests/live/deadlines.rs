@@ -172,7 +172,7 @@ fn a_robot_that_cannot_be_reached_gets_no_task() {
 }
 
 #[test]
-fn who_connects_is_told_of_open_tasks_as_they_stand() {
+fn a_new_peer_receives_open_tasks_as_they_are() {
     let (mut line, first) = sent();
     assert_eq!(tell_open(&mut line), ["task 1.0 delta-1 a"]);
     line.ack(100.1, first.id);
@@ -260,7 +260,7 @@ fn who_speaks_for_one_robot_is_sent_what_is_its_own() {
 
 /// Somebody is there again to hear it: sixty sendings are counted from then on.
 #[test]
-fn sendings_are_counted_from_when_somebody_is_there() {
+fn sendings_are_counted_once_a_peer_is_connected() {
     let (mut line, _) = sent();
     line.tick(150.5);
     assert_eq!(line.said().0.len(), 50);

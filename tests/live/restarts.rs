@@ -387,7 +387,7 @@ fn no_item_is_forgotten_before_the_belt_is_heard() {
 /// Without an encoder what was known goes on at once: windows are open, what nobody has
 /// acknowledged is sent as things are now, and a cancel is repeated later.
 #[test]
-fn what_was_open_goes_on_at_once() {
+fn open_tasks_continue_at_once() {
     let controller = Controller::new(station(), strategy(), config());
     let mut line = Three::of(controller);
     for robot in ["delta-1", "scara-2"] {

@@ -119,7 +119,7 @@ fn a_broker_that_stalls_holds_the_line_and_loses_nothing() {
 }
 
 #[test]
-fn the_last_will_tells_that_the_node_has_died() {
+fn the_last_will_reports_that_the_node_has_died() {
     let broker = Broker::open();
     let mut watcher = broker.watch();
     let arguments = format!("run --mqtt-client-id line-1 --mqtt {}", broker.url());

@@ -53,7 +53,7 @@ fn one_pattern_in_many_spellings() {
 }
 
 #[test]
-fn what_is_not_certain_is_refused() {
+fn ambiguous_input_is_refused() {
     for (text, words) in [
         (
             "id,x,y,wieght\na,0,0,1\n",

@@ -289,7 +289,7 @@ fn stopping_early_only_loosens_it() {
 /// Every step is told, of twice as many where end and rate are bounded too, and something
 /// known that reaches the bound ends the search.
 #[test]
-fn steps_are_counted_and_told() {
+fn steps_are_counted_and_reported() {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
     let pattern = dense(&station, 60, 1);
     let scene = Scene::new(&station, &pattern).unwrap();

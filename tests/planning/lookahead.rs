@@ -148,7 +148,7 @@ fn more_budget_is_used() {
 }
 
 #[test]
-fn what_weighs_nothing_is_left_when_weight_counts() {
+fn items_without_weight_are_skipped_when_weight_counts() {
     let station = paper("paper");
     let text = "id,x,y,weight\n1,0,0,0\n2,-0.2,0,1\n3,-0.4,0,0\n4,-0.6,0,0.5\n";
     let pattern = pickline::pattern::parse(text, "test").unwrap();

@@ -71,7 +71,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(1500))]
 
     #[test]
-    fn the_engine_agrees_with_the_book(((station, pattern, rules), conditions) in cases()) {
+    fn the_engine_agrees_with_the_transcription(((station, pattern, rules), conditions) in cases()) {
         let pattern = with_probabilities(&pattern);
         let scene = Scene::under(&station, &pattern, conditions).unwrap();
         let outcome = simulate_rules(&scene, &rules).unwrap();

@@ -1,5 +1,8 @@
 //! The simulated line: both engines, the checker, disturbances, what a line makes.
 
+// Nothing uses a test from outside.
+#![allow(unreachable_pub)]
+
 mod checker;
 mod clearance;
 #[path = "../common/mod.rs"]

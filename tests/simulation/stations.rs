@@ -260,7 +260,7 @@ fn a_line_is_placed_as_it_says() {
 
 /// Both ends of a window belong to it; it begins at 0 s at the earliest.
 #[test]
-fn windows_are_reckoned_from_the_start_of_the_run() {
+fn windows_are_measured_from_the_start_of_the_run() {
     // 1 m/s towards the item, 0.5 m/s behind it: see the events.
     let even = Robot {
         base: Point2::new(1.0, 0.0),

@@ -79,7 +79,7 @@ fn an_id_far_from_its_item_is_another_items() {
 
 /// After an id switch the same object is the same item: nobody is sent to it twice.
 #[test]
-fn an_id_switch_makes_no_second_item() {
+fn an_id_switch_does_not_duplicate_an_item() {
     let mut line = Line::new();
     line.see(0.0, "a", 1.6, 0.0);
     let task = line.task(0.0);

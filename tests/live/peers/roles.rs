@@ -7,7 +7,7 @@ use std::io::{Read as _, Write as _};
 use std::net::{Shutdown, TcpStream};
 
 #[test]
-fn who_comes_is_told_of_tasks_as_they_stand_and_again_once_it_speaks_for_the_robot() {
+fn a_new_peer_receives_open_tasks_and_again_once_it_speaks_for_the_robot() {
     let (_node, address) = node("--status-every 0.1 --ack-timeout 100");
     let robot = Peer::new(&address);
     robot.stop_belt();

@@ -138,7 +138,7 @@ fn a_wrong_frame_rate_scale_or_speed_is_refused_with_what_would_agree() {
 }
 
 #[test]
-fn lenses_that_bend_and_cameras_that_tilt_are_noticed() {
+fn lens_distortion_and_tilted_cameras_are_detected() {
     for (film, cause) in [
         (
             Film {
@@ -272,7 +272,7 @@ fn a_belt_that_changes_its_speed_is_named_and_refused() {
 /// Dirt and parts of the machine stand from their first frame to their last, also while no item
 /// passes: from frame 960 on the belt is empty.
 #[test]
-fn what_never_moves_says_nothing_of_the_belts_speed() {
+fn tracks_that_never_move_do_not_count_for_the_belts_speed() {
     let options = ImportOptions::new(20.0, 0.001, ImageAxis::X, 0.2);
     for first in [1, 960] {
         let mut text = moving_film(80, |t| 0.2 * t);
