@@ -44,7 +44,7 @@ impl Axis {
         let found = Self::NAMES.iter().find(|entry| entry.1 == name);
         found.map(|entry| entry.0).ok_or_else(|| {
             Error::usage(
-                "'sweep'",
+                "'sweep_axis'",
                 format!("`{}` cannot be swept", shown(name)),
                 known_names(name, &Self::NAMES.map(|entry| entry.1)),
             )

@@ -230,7 +230,12 @@ impl PatternSource {
     /// If there are too many.
     pub(crate) fn check_fresh(&self, recipe: &Recipe, count: usize) -> Result<()> {
         let items = count as f64 * self.expected_items(recipe)?;
-        self.check_items(recipe, count as f64, items, &format!("'validate' {count}"))
+        self.check_items(
+            recipe,
+            count as f64,
+            items,
+            &format!("'validation' {count}"),
+        )
     }
 
     /// The source with fewer patterns, about `items` items in total, if `text`, from which it was
@@ -406,7 +411,7 @@ mod tests {
         }
         let fresh = PatternSource::Balanced(1).draw_fresh(&RECIPE, usize::MAX);
         let message = fresh.unwrap_err().to_string();
-        assert!(message.starts_with("'validate' "), "{message}");
+        assert!(message.starts_with("'validation' "), "{message}");
     }
 
     #[test]

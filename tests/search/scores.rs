@@ -561,7 +561,7 @@ fn a_search_says_why_it_ended() {
     hurry.limits.until = Some(std::time::Instant::now());
     let told = run(&hurry, &GO_ON).unwrap_err().to_string();
     assert!(
-        told.contains("'time_limit'") && told.contains("before any assignment"),
+        told.contains("'until'") && told.contains("before any assignment"),
         "{told}"
     );
     // Runs: too few, for some of the patterns, for all.
