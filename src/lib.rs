@@ -24,15 +24,15 @@
 //! # Example
 //!
 //! ```
-//! use pickline::{pattern::grid, sim, station};
+//! use pickline::{Scene, pattern::grid, simulate_rules, station};
 //!
 //! let station = station::built_in("paper")?.station(Some(2))?;
 //! let pattern = grid(station.belt().width, 0.15, 50)?;
-//! let scene = sim::Scene::new(&station, &pattern)?;
-//! let outcome = sim::simulate_rules(&scene, &"SPT,FIFO".parse()?)?;
+//! let scene = Scene::new(&station, &pattern)?;
+//! let outcome = simulate_rules(&scene, &"SPT,FIFO".parse()?)?;
 //! assert_eq!(outcome.figures.picked, 44);
 //! pickline::checker::check(&station, &pattern, &outcome)?;
-//! # Ok::<(), pickline::error::Error>(())
+//! # Ok::<(), pickline::Error>(())
 //! ```
 //!
 //! # Features

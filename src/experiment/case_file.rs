@@ -225,7 +225,7 @@ mod tests {
 
     /// One line of a case after its name, and the result.
     #[test]
-    fn every_key_of_a_case_is_read_and_held_to_its_range() {
+    fn every_key_of_a_case_is_read_and_checked_against_its_range() {
         let read = |lines: &str| {
             let text = format!("[[case]]\nname = \"a\"\n{lines}\n");
             parse(&text, "t", Some(Path::new("folder"))).map(|mut cases| cases.remove(0))

@@ -378,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn fresh_patterns_are_others() {
+    fn fresh_patterns_differ() {
         let set = PatternSource::Balanced(6).build(&RECIPE).unwrap();
         let other = Recipe { seed: 2, ..RECIPE };
         let fresh = PatternSource::Balanced(6)

@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn training_patterns_are_of_the_kind_and_others() {
+    fn training_patterns_are_of_the_same_kind_and_differ() {
         let recipe = Recipe {
             belt: *crate::station::built_in("paper")
                 .unwrap()

@@ -212,7 +212,7 @@ fn the_ambiguous_name_is_refused_with_the_new_one() {
 /// What a search, a game and the certificate of a winner are made of are the very runs of
 /// the simulator, each with its own luck.
 #[test]
-fn searches_and_games_meet_what_simulate_meets() {
+fn searches_and_games_have_the_conditions_of_simulate() {
     let station = built_in("paper").unwrap().station(None).unwrap();
     let recipe = Recipe::new(*station.belt(), 40, 3);
     let patterns = PatternSource::Poisson(0.12, 6)

@@ -270,7 +270,7 @@ fn check_table(found: &Found, name: &str) {
 
 /// The balanced set's fresh patterns come of another seed and of other spacings.
 #[test]
-fn fresh_patterns_are_none_of_the_search() {
+fn fresh_patterns_differ_from_those_of_the_search() {
     let station = station::built_in("paper").unwrap().station(None).unwrap();
     let recipe = |seed| Recipe::new(*station.belt(), 40, seed);
     for text in [

@@ -444,7 +444,7 @@ fn an_encoder_that_counts_backwards_is_reported() {
 /// What the station file says of the speed is no measurement: a picture from before the first
 /// word of the belt is placed by that word.
 #[test]
-fn a_picture_from_before_the_first_word_of_the_belt_is_placed_by_it() {
+fn a_picture_before_the_first_belt_message_is_placed_by_it() {
     // With the first message of all, and after others.
     for first in [1000.0, 1002.0] {
         let mut line = line();

@@ -129,7 +129,7 @@ fn two_robots_that_have_both_picked_it_are_seen() {
 }
 
 #[test]
-fn a_late_result_is_the_word_that_a_silent_robot_owed() {
+fn a_late_result_counts_as_a_message_of_a_silent_robot() {
     let (mut line, first) = one_task(0.0);
     line.tick(110.0);
     assert_eq!(line.status().robots[0].state, "silent");

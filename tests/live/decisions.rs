@@ -344,7 +344,7 @@ fn a_robot_that_waits_for_an_item_knows_when_it_comes() {
 
 /// A robot that has waited and is at work is not woken.
 #[test]
-fn a_robot_at_work_is_not_woken() {
+fn a_busy_robot_is_not_woken() {
     let (mut line, shown) = scripted(config(), &[Action::WaitUntil(1.0)], false);
     line.robot(100.0, "delta-1", "idle");
     line.robot(100.0, "arm-3", "idle");

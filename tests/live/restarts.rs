@@ -34,7 +34,7 @@ fn busy_line(config: Config) -> Three {
 }
 
 #[test]
-fn a_line_that_is_taken_up_says_nothing_and_counts_on() {
+fn a_resumed_line_sends_nothing_and_keeps_its_counts() {
     let mut line = busy_line(config());
     let mut before = line.status();
     before.sources.clear();

@@ -136,7 +136,7 @@ fn unlikely_values_give_a_warning_and_are_used() {
 
 /// The result counts, whatever is wrong with what it says besides.
 #[test]
-fn no_pick_is_lost_by_a_place_or_a_time_that_cannot_be() {
+fn no_pick_is_lost_by_an_impossible_place_or_time() {
     use pickline_live::protocol::{Incoming, Outgoing, decode};
     use pickline_live::{ClockKind, Config, Controller};
     for (fields, words) in [

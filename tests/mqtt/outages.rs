@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::time::Duration;
 
 #[test]
-fn a_broker_that_is_killed_loses_and_doubles_nothing() {
+fn a_killed_broker_loses_and_duplicates_nothing() {
     let mut broker = Broker::open();
     let line = quick_line(&broker, 40);
     let pattern = broker.path("pattern.csv");

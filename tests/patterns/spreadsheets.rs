@@ -103,7 +103,7 @@ fn ambiguous_input_is_refused() {
 
 /// What was passed over stands in the result.
 #[test]
-fn ignored_columns_are_said() {
+fn ignored_columns_are_noted() {
     let file = concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/../../tests/data/formats/csv/extra.csv"

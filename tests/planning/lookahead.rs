@@ -220,7 +220,7 @@ fn picks(station: &Station, pattern: &Pattern, text: &str, base: &str) -> Vec<(u
 /// The first robot has time for two of three items, of which only the first is in reach of the
 /// second robot: under FIFO it takes that one, and another is lost.
 #[test]
-fn a_base_is_bettered_by_search_and_by_trying() {
+fn a_base_is_improved_by_search_and_by_trying_candidates() {
     let station = slow(2, 15.0);
     let text = "id,x,y\nA,0,0\nB,-0.02,-0.5\nC,-0.04,-0.5\n";
     let pattern = pickline::pattern::parse(text, "test").unwrap();

@@ -8,7 +8,7 @@ mod clearance;
 #[path = "../common/mod.rs"]
 mod common;
 mod disturbed;
-mod disturbed_book;
+mod disturbed_transcription;
 mod engines;
 mod events;
 mod failures;

@@ -18,7 +18,7 @@ fn with_line(key: &str, value: &str) -> String {
 }
 
 #[test]
-fn every_value_of_a_line_is_held_to_its_limits() {
+fn every_value_of_a_line_is_checked_against_its_limits() {
     let (size, length) = ("is not a usable size", "is not a valid length");
     let (place, time) = ("is not a valid position", "is not a valid dwell time");
     for (key, good, bad, words) in [

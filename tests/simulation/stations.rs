@@ -37,7 +37,7 @@ fn with(change: impl Fn(&mut Belt, &mut Robot)) -> Result<Station> {
 }
 
 #[test]
-fn every_value_of_a_station_is_held_to_its_limits() {
+fn every_value_of_a_station_is_checked_against_its_limits() {
     type Set = fn(&mut Belt, &mut Robot, f64);
     let size = "is not a usable size";
     let place = "is not a valid position";

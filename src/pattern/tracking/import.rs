@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn changed_ids_are_merged_even_from_stumps() {
+    fn changed_ids_are_merged_even_for_short_tracks() {
         let text = track(1, 1..11, 0.0, 10.0, 50.0)
             + &track(2, 11..12, 3.0, 10.0, 50.0)
             + &track(3, 12..20, -2.0, 10.0, 51.0);

@@ -30,7 +30,7 @@ const ELSEWHERE: &[Elsewhere] = &[
     (
         &LINES,
         &["--token"],
-        "live/peers/access.rs where_a_token_is_asked_for_nobody_is_heard_without_it",
+        "live/peers/access.rs with_a_token_nobody_is_accepted_without_it",
     ),
     #[cfg(feature = "tls")]
     (

@@ -104,7 +104,7 @@ fn an_id_switch_does_not_duplicate_an_item() {
 
 /// Every field of a newer detection counts; what it does not say stays.
 #[test]
-fn newer_news_reach_decisions() {
+fn newer_messages_reach_decisions() {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
     let strategy = read_alone("PP,PP", 2).unwrap().make();
     let config = Config::default().with_clock(ClockKind::Messages);

@@ -6,7 +6,7 @@ use pickline::pattern::tracking::{ImageAxis, ImportOptions};
 use std::fmt::Write as _;
 
 #[test]
-fn a_square_camera_gives_the_truth_without_a_word() {
+fn an_aligned_camera_gives_true_values_without_warnings() {
     let (text, truth) = STRAIGHT.shoot();
     let found = read(&text, &options()).unwrap();
     assert!(apart(&found.pattern, &truth) < 0.002, "{:?}", found.report);
