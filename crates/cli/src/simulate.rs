@@ -37,7 +37,7 @@ struct SimulatePlan {
     strategy: StrategySpec,
     /// Where the strategy comes from, if it is a default.
     from: &'static str,
-    /// Whether the line or the strategy is a default, which is remarked.
+    /// Whether the line or the strategy is a default, which gives a note.
     has_defaults: bool,
     conditions: Conditions,
     options: SimulateOptions,

@@ -482,7 +482,7 @@ mod tests {
         assert!(aim.remark(0.0, None, 0.3, &NAMES).is_some());
     }
 
-    /// An offset that was cured is told of again when it comes back.
+    /// An offset that was cured is reported again when it returns.
     #[test]
     fn an_offset_that_returns_is_reported_again() {
         let off = |i: usize| if i / KEPT == 1 { 0.0 } else { 0.0037 };
