@@ -1,6 +1,7 @@
 //! Compares robust and greedy dispatching rules (game theory) with a strategy that looks ahead.
 
-use pickline::{CompareOptions, Environment, experiment, station, strategies};
+use pickline::planning::LookaheadOptions;
+use pickline::{CompareOptions, Environment, experiment, station};
 use std::error::Error;
 use std::io::Write;
 
@@ -15,7 +16,7 @@ pub fn run(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     let options = CompareOptions::default()
         .with_replicates(2)
         .with_bound(false)
-        .with_strategy(strategies::parse("lookahead:depth=2")?);
+        .with_strategy(LookaheadOptions::default().with_depth(2));
     let found = pickline::compare(&station, &cases, &options, &Environment::QUIET)?;
 
     for case in &found.comparison.cases {

@@ -24,15 +24,15 @@
 //! # Example
 //!
 //! ```
-//! use pickline::{pattern::grid, sim, station};
+//! use pickline::{Scene, pattern::grid, simulate_rules, station};
 //!
 //! let station = station::built_in("paper")?.station(Some(2))?;
 //! let pattern = grid(station.belt().width, 0.15, 50)?;
-//! let scene = sim::Scene::new(&station, &pattern)?;
-//! let outcome = sim::simulate_rules(&scene, &"SPT,FIFO".parse()?)?;
+//! let scene = Scene::new(&station, &pattern)?;
+//! let outcome = simulate_rules(&scene, &"SPT,FIFO".parse()?)?;
 //! assert_eq!(outcome.figures.picked, 44);
 //! pickline::checker::check(&station, &pattern, &outcome)?;
-//! # Ok::<(), pickline::error::Error>(())
+//! # Ok::<(), pickline::Error>(())
 //! ```
 //!
 //! # Features
@@ -47,14 +47,17 @@
 //!
 //! - to run one strategy: a [`Station`], a [`Pattern`], a [`Scene`] that puts one on the other, a
 //!   [`Strategy`] or a [`RuleAssignment`] to run with [`simulate`] or [`simulate_rules`];
-//! - to run a whole study: [`compare`], [`sweep`] and [`optimize`] with their options, and the
-//!   [`Environment`], which stops long work and receives its progress;
+//! - to run a whole study: [`compare`], [`sweep`] and [`optimize`] with their options, a
+//!   [`StrategySpec`] for every strategy to compare, and the [`Environment`], which stops long work
+//!   and receives its progress;
 //! - the [`Error`] of all of it.
 //!
 //! The modules hold what these are made of. Public is what a program that reads stations and
 //! patterns, writes a strategy, judges one or trains one needs, and what the other crates of the
-//! workspace share with the library: `files`, `names` and `plausible`. How it is done (search
-//! operators, relaxations, layers of networks, parts of the event loop) is private.
+//! workspace share with the library: `files`, `names` and `plausible`. [`rl::nn`] and [`rl::ppo`] are
+//! public for training loops other than [`rl::Trainer`]: networks with their parameters and their
+//! optimiser, the samples of a rollout and the clipped loss. How the rest is done (search operators,
+//! relaxations, matrix products, parts of the event loop) is private.
 //!
 //! Options and results are `#[non_exhaustive]`: options are made from a default by their methods
 //! `with_...`, as in `Grasp::default().with_starts(16)`, and both may get fields in any release.
@@ -64,9 +67,6 @@
 //!
 //! A module may use the modules above it in this list, never those below it
 //! (`docs/architecture.md`).
-
-// What only the crate uses says so.
-#![warn(unreachable_pub)]
 
 pub mod error;
 mod setters;
@@ -100,4 +100,5 @@ pub use optimize::Environment;
 pub use pattern::{Item, Pattern};
 pub use sim::{Scene, simulate, simulate_rules};
 pub use station::{Belt, Robot, Station};
+pub use strategies::StrategySpec;
 pub use study::{CompareOptions, OptimizeOptions, SweepOptions, compare, optimize, sweep};

@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn strategies_look_and_have_no_trouble_unless_they_say_so() {
+    fn strategies_observe_and_have_no_trouble_by_default() {
         assert!(Defaults.needs_view());
         assert_eq!(Defaults.trouble(), None);
         assert!((1..4).all(|robots| Defaults.check_robots(robots).is_ok()));

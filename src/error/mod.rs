@@ -4,9 +4,11 @@
 //! cure, so that a user never has to guess what to change. [`Error::kind`] says what sort of
 //! failure it is.
 //!
-//! A message writes a setting, such as an option of a search, in single quotes: `'flow'`. The names
-//! are those of the library; a program that spells them otherwise passes its errors through
-//! [`Error::spell_settings`].
+//! A message writes a setting, such as an option of a search, in single quotes. The names are those
+//! of the library: `'flow'` is set by `with_flow`, and `'no_bound'` is `with_bound(false)`. An option
+//! that shares its name with another has a prefix: `'sweep_axis'` is `SweepOptions::with_axis`,
+//! `'mqtt_ca'` a file of the MQTT transport. A program that spells them otherwise passes its errors
+//! through [`Error::spell_settings`].
 
 mod details;
 mod kind;
@@ -296,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn kinds_tell_a_wrong_path_from_a_full_disk() {
+    fn kinds_distinguish_a_wrong_path_from_a_full_disk() {
         use io::ErrorKind as System;
         let kind = |source: System| Error::write(Path::new("a"), source.into()).kind();
         for source in [System::NotFound, System::PermissionDenied] {

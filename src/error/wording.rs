@@ -77,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nearest_finds_slips_and_refuses_strangers() {
+    fn nearest_finds_typing_mistakes_and_nothing_unrelated() {
         let known = ["speed", "length", "width"];
         assert_eq!(nearest("sped", known), Some("speed"));
         assert_eq!(nearest("WIDHT", known), Some("width"));

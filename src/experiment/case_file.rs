@@ -225,7 +225,7 @@ mod tests {
 
     /// One line of a case after its name, and the result.
     #[test]
-    fn every_key_of_a_case_is_read_and_held_to_its_range() {
+    fn every_key_of_a_case_is_read_and_checked_against_its_range() {
         let read = |lines: &str| {
             let text = format!("[[case]]\nname = \"a\"\n{lines}\n");
             parse(&text, "t", Some(Path::new("folder"))).map(|mut cases| cases.remove(0))
@@ -315,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn names_of_cases_are_told_from_files_and_feeds() {
+    fn names_of_cases_are_distinguished_from_files_and_feeds() {
         let counts = ["paper", "dense", "all"].map(|name| load_cases(name).unwrap().len());
         assert_eq!(counts, [4, 4, 8]);
         let dense = load_cases("dense").unwrap();

@@ -8,17 +8,16 @@ use crate::decision::Figures;
 use crate::error::{Error, Result};
 use crate::optimize::Environment;
 use crate::pattern::Pattern;
-use crate::sim::Conditions;
 use crate::station::Station;
 use crate::stats;
 use crate::throughput::Throughput;
 use rayon::prelude::*;
 
-/// Runs `methods` on `cases`; random cases on `replicates` patterns with the seeds
-/// `first_seed`, `first_seed + 1`, ... The other methods are compared with the first. If
-/// failures are simulated, every case is random: run r draws its luck from seed
-/// `first_seed + r`. The same input gives the same result on any number of threads. A stop
-/// request takes effect after a whole case.
+/// Runs `methods` on `cases`; random cases on as many patterns as `draws` has replicates, with the
+/// seeds that follow its first. The other methods are compared with the first. If failures are
+/// simulated, every case is random: run r draws its random events from the first seed + r. The same
+/// input gives the same result on any number of threads. A stop request takes effect after a whole
+/// case.
 ///
 /// # Errors
 /// A pattern that cannot be generated or read or that does not fit on the belt, an illegal
@@ -27,16 +26,9 @@ pub fn compare_methods(
     station: &Station,
     methods: Vec<Method>,
     cases: &[Case],
-    replicates: usize,
-    first_seed: u64,
-    conditions: &Conditions,
+    draws: Draws,
     environment: &Environment,
 ) -> Result<Comparison> {
-    let draws = Draws {
-        replicates,
-        first_seed,
-        conditions,
-    };
     let mut drawn = Vec::with_capacity(cases.len());
     for case in cases {
         drawn.push(draws.patterns(case, station)?);
@@ -77,7 +69,7 @@ pub fn compare_methods(
         methods,
         cases: results,
         planned: cases.len(),
-        first_seed,
+        first_seed: draws.first_seed,
     })
 }
 

@@ -1,4 +1,4 @@
-//! Which patterns a case gets, and the luck of each run.
+//! Which patterns a case gets, and the random events of each run.
 
 use super::case::Case;
 use crate::error::Result;
@@ -6,7 +6,7 @@ use crate::pattern::Pattern;
 use crate::sim::{Conditions, Scene};
 use crate::station::Station;
 
-/// What a case is drawn from: its patterns, and the luck of each run.
+/// What a case is drawn from: its patterns, and the random events of each run.
 #[derive(Clone, Copy)]
 pub struct Draws<'a> {
     /// Number of patterns of each random case.
@@ -41,7 +41,7 @@ impl Draws<'_> {
         pattern: &'s Pattern,
         station: &'s Station,
     ) -> Result<Scene<'s>> {
-        let luck = self.conditions.with_seed(seed.unwrap_or(self.first_seed));
-        Scene::under(station, pattern, luck)
+        let conditions = self.conditions.with_seed(seed.unwrap_or(self.first_seed));
+        Scene::under(station, pattern, conditions)
     }
 }

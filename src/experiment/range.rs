@@ -322,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_range_is_told_by_its_flag() {
+    fn invalid_ranges_are_reported_with_their_flag() {
         for (from, to, step, words) in [
             (
                 0.0,

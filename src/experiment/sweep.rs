@@ -42,7 +42,7 @@ impl Axis {
         all.find(|axis| axis.name() == name).ok_or_else(|| {
             let names: Vec<_> = Self::ALL.iter().map(|axis| axis.name()).collect();
             Error::usage(
-                "'sweep'",
+                "'sweep_axis'",
                 format!("`{}` cannot be swept", shown(name)),
                 known_names(name, &names),
             )
@@ -104,7 +104,7 @@ fn run_methods(
 }
 
 /// Runs all methods at all settings on the same patterns. If failures are simulated, pattern i
-/// draws its luck from the conditions' seed + i at every setting. With `bounded`, the bound for
+/// draws its random events from the conditions' seed + i at every setting. With `bounded`, the bound for
 /// every strategy is computed for every value and pattern. The same input gives the same result
 /// on any number of threads. A stop request takes effect after a whole value.
 ///
@@ -134,6 +134,7 @@ pub fn sweep_settings(
             Err(error) if error.is_interrupted() && !values.is_empty() => break,
             by_pattern => by_pattern?,
         };
+<<<<<<< HEAD
         let most: Option<f64> = by_pattern
             .iter()
             .map(|runs| runs.bound.as_ref().map(|bound| bound.value))
@@ -154,6 +155,13 @@ pub fn sweep_settings(
             bound: summarise_bounds(&by_pattern),
             arms_meet: clearance::apart(&setting.station).is_doubtful(),
         });
+=======
+        bounds.extend(summarise_bounds(&by_pattern));
+        points.push(summarise_methods(&setting.methods, &by_pattern));
+        let of_method = |i: usize| by_pattern.iter().map(move |runs| &runs.runs[i].steady);
+        let methods = 0..setting.methods.len();
+        steadiness.extend(methods.map(|i| of_method(i).cloned().collect()));
+>>>>>>> m14c
         environment.progress.advance(1);
     }
     environment.progress.end();
@@ -175,6 +183,17 @@ pub fn sweep_settings(
 struct Runs {
     runs: Vec<MethodRun>,
     bound: Option<Bound>,
+}
+
+/// The figures of every method at one value.
+fn summarise_methods(methods: &[Method], by_pattern: &[Runs]) -> Vec<SweepPoint> {
+    let bounds = by_pattern.iter().map(|runs| runs.bound.as_ref());
+    let most: Option<f64> = bounds.map(|bound| bound.map(|bound| bound.value)).sum();
+    let point = |(i, method): (usize, &Method)| {
+        let runs: Vec<&MethodRun> = by_pattern.iter().map(|runs| &runs.runs[i]).collect();
+        summarise(method.title(), &runs, most)
+    };
+    methods.iter().enumerate().map(point).collect()
 }
 
 fn summarise_bounds(by_pattern: &[Runs]) -> Option<SweepBound> {

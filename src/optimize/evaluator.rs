@@ -68,7 +68,7 @@ pub struct Evaluator<'a> {
 
 impl<'a> Evaluator<'a> {
     /// An evaluator of `objective` for `station` on `patterns` under `conditions`. If failures
-    /// are simulated, pattern i draws its luck from the conditions' seed + i, for every
+    /// are simulated, pattern i draws its random events from the conditions' seed + i, for every
     /// assignment.
     ///
     /// # Errors

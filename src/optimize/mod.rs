@@ -26,4 +26,4 @@ pub use rivals::{Rival, rivals};
 pub use search::{Limits, MostRuns, Optimum, Search, SearchKind, StopReason};
 pub use speed_limit::SpeedScan;
 pub(crate) use validation::chosen_flow;
-pub use validation::{Certificate, Validation, validate};
+pub use validation::{Certificate, Validation, ValidationOptions, validate};

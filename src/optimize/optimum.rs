@@ -178,7 +178,7 @@ fn nothing_scored(environment: &Environment) -> Error {
         return Error::interrupted();
     }
     Error::usage(
-        "'time_limit'",
+        "'until'",
         "the time limit passed before any assignment was scored",
         "give a longer time limit, or fewer patterns",
     )
@@ -197,9 +197,9 @@ fn enumerate(evaluator: &Evaluator, most: u64, environment: &Environment) -> Res
     environment.progress.end();
     if evaluation.patterns.is_empty() && !environment.stopped() {
         return Err(Error::usage(
-            "'max_runs'",
+            "'runs'",
             format!("{most} runs are too few for {count} assignments on one pattern"),
-            "give more runs, or use 'search' grasp",
+            "give more runs, or use 'kind' grasp",
         ));
     }
     Ok(evaluation)
@@ -250,12 +250,12 @@ fn resolve(search: &Search, most: Option<u64>, evaluator: &Evaluator) -> Result<
             })
         }
         SearchKind::Exhaustive | SearchKind::Both if !fits => Err(Error::usage(
-            "'search'",
+            "'kind'",
             format!(
                 "the {}^{robots} assignments of {robots} robots are too many to enumerate",
                 RULES.len()
             ),
-            "use 'search' grasp, or fewer patterns",
+            "use 'kind' grasp, or fewer patterns",
         )),
         kind => Ok(kind),
     }
@@ -294,10 +294,10 @@ mod tests {
         vec![grid(1.05, 0.3, items).unwrap(); count]
     }
 
-    fn evaluator<'a>(station: &'a Station, patterns: &'a [Pattern], luck: bool) -> Evaluator<'a> {
+    fn evaluator<'a>(station: &'a Station, patterns: &'a [Pattern], fails: bool) -> Evaluator<'a> {
         let conditions = Conditions {
             disturbances: Disturbances {
-                grasp_failures: luck,
+                grasp_failures: fails,
                 ..Disturbances::default()
             },
             ..Conditions::default()
@@ -320,7 +320,7 @@ mod tests {
     /// Passes of one robot over a pattern of 150 items, divided by robots and length.
     #[test]
     fn budgets_are_what_the_model_page_says() {
-        for (robots, items, luck, runs) in [
+        for (robots, items, fails, runs) in [
             (1, 20, false, 36_000_000),
             (2, 150, false, 18_000_000),
             (3, 150, false, 12_000_000),
@@ -329,9 +329,9 @@ mod tests {
             (4, 300, true, 500_000),
         ] {
             let (station, patterns) = (station(robots), grids(2, items));
-            let evaluator = evaluator(&station, &patterns, luck);
+            let evaluator = evaluator(&station, &patterns, fails);
             let of = |most: MostRuns| most.of(&evaluator);
-            assert_eq!(of(MostRuns::Usual), Some(runs), "{robots} {items} {luck}");
+            assert_eq!(of(MostRuns::Usual), Some(runs), "{robots} {items} {fails}");
             let passes = 6000 / robots as u64 / (items as u64 / 150).max(1);
             assert_eq!(of(MostRuns::Passes(6000)), Some(passes));
             assert_eq!((of(MostRuns::Of(7)), of(MostRuns::Any)), (Some(7), None));
@@ -366,7 +366,7 @@ mod tests {
     #[test]
     fn auto_enumerates_where_that_fits_its_runs() {
         let patterns = grids(5, 20);
-        for (robots, most, luck, kind) in [
+        for (robots, most, fails, kind) in [
             (2, None, false, SearchKind::Exhaustive),
             (2, Some(180), false, SearchKind::Exhaustive),
             (2, Some(179), false, SearchKind::Grasp),
@@ -379,9 +379,9 @@ mod tests {
             (5, None, false, SearchKind::Grasp),
         ] {
             let station = station(robots);
-            let evaluator = evaluator(&station, &patterns, luck);
+            let evaluator = evaluator(&station, &patterns, fails);
             let found = resolve(&SEARCH, most, &evaluator).unwrap();
-            assert_eq!(found, kind, "{robots} {most:?} {luck}");
+            assert_eq!(found, kind, "{robots} {most:?} {fails}");
         }
         for kind in [SearchKind::Exhaustive, SearchKind::Both, SearchKind::Grasp] {
             let how = Search { kind, ..SEARCH };
@@ -395,7 +395,7 @@ mod tests {
                 assert_eq!(resolved(9), Ok(kind));
             } else {
                 let told = resolved(9).unwrap_err();
-                let words = "'search': the 6^9 assignments of 9 robots are too many to enumerate";
+                let words = "'kind': the 6^9 assignments of 9 robots are too many to enumerate";
                 assert!(told.starts_with(words), "{told}");
             }
         }

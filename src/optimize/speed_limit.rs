@@ -40,7 +40,7 @@ impl SpeedScan {
             return Ok(Self { step });
         }
         Err(Error::usage(
-            "'speed_step'",
+            "'scan'",
             format!(
                 "{} m/s is not a valid step up to the slowest arm's {fastest} m/s",
                 shown_number(step)

@@ -10,6 +10,7 @@ use crate::dispatch::RuleAssignment;
 use crate::error::Result;
 use crate::pattern::Pattern;
 use crate::planning::bound::certified_percent;
+use crate::setters::setters;
 use crate::sim::{Conditions, Scene};
 use crate::station::Station;
 use crate::stats::{self, Interval};
@@ -62,20 +63,48 @@ impl Validation {
     }
 }
 
-/// Scores `assignment` on the fresh patterns of `evaluator`, which was made under `conditions`.
-/// Completion is counted at `flow` [m/s], or at the station's own speed. With `certify`, the
-/// picks at that speed are compared with the bound for every strategy. `None` if the user
-/// stopped.
+/// How an assignment is validated.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct ValidationOptions {
+    /// How the objective is aggregated over the patterns.
+    pub risk: Risk,
+    /// The conditions under which the evaluator was made.
+    pub conditions: Conditions,
+    /// Belt speed at which completion is counted [m/s]; `None` for the station's own.
+    pub flow: Option<f64>,
+    /// Whether the picks at that speed are compared with the bound for every strategy.
+    pub certify: bool,
+}
+
+impl ValidationOptions {
+    /// Aggregated under `risk`, for an evaluator made under `conditions`; at the station's belt
+    /// speed and without the bound.
+    pub fn new(risk: Risk, conditions: Conditions) -> Self {
+        Self {
+            risk,
+            conditions,
+            flow: None,
+            certify: false,
+        }
+    }
+}
+
+setters!(ValidationOptions {
+    /// With completion counted at this belt speed [m/s].
+    fn with_flow(flow: impl Into<Option<f64>>);
+    /// With the picks compared with the bound for every strategy, or without.
+    fn with_certify(certify: bool);
+});
+
+/// Scores `assignment` on the fresh patterns of `evaluator`. `None` if the user stopped.
 ///
 /// # Errors
-/// As for [`Evaluator::evaluate`], or `flow` is not a valid belt speed.
+/// As for [`Evaluator::evaluate`], or the flow is not a valid belt speed.
 pub fn validate(
     evaluator: &Evaluator,
     assignment: &RuleAssignment,
-    flow: Option<f64>,
-    risk: Risk,
-    conditions: &Conditions,
-    certify: bool,
+    options: &ValidationOptions,
     environment: &Environment,
 ) -> Result<Option<Validation>> {
     let patterns = evaluator.pattern_count();
@@ -88,44 +117,26 @@ pub fn validate(
         return Ok(None);
     }
     let score = &evaluation.scores[0];
-    let speed = flow.unwrap_or(evaluator.station().belt().speed);
+    let speed = options.flow.unwrap_or(evaluator.station().belt().speed);
     let station = evaluator.station().with_belt_speed(speed)?;
-    let shares = match flow {
-        None => evaluator.with_objective(Objective::PickedShare),
-        Some(_) => Evaluator::new(
-            &station,
-            evaluator.patterns(),
-            Objective::PickedShare,
-            conditions,
-        )?,
-    };
-    let shares = shares.evaluate(vec![assignment.clone()], environment)?;
-    if shares.patterns.len() < patterns {
+    let Some(shares) = picked_shares(evaluator, assignment, &station, options, environment)? else {
         return Ok(None);
-    }
-    // A share of exactly 1 is k of k.
-    let values = shares.scores[0].values.iter();
-    let complete = values.filter(|share| **share == 1.0).count();
-    let certificate = if certify {
-        let Some(certificate) = certificate(
-            &station,
-            evaluator.patterns(),
-            conditions,
-            &shares.scores[0].values,
-            environment,
-        )?
-        else {
-            return Ok(None);
-        };
-        Some(certificate)
-    } else {
-        None
     };
+    // A share of exactly 1 is k of k.
+    let complete = shares.iter().filter(|share| **share == 1.0).count();
+    let mut certificate = None;
+    if options.certify {
+        let set = evaluator.patterns();
+        certificate = certify(&station, set, &options.conditions, &shares, environment)?;
+        if certificate.is_none() {
+            return Ok(None);
+        }
+    }
     Ok(Some(Validation {
         patterns,
         value: stats::mean(&score.values),
         interval: stats::mean_interval(&score.values),
-        at_risk: risk.aggregate(&score.values),
+        at_risk: options.risk.aggregate(&score.values),
         picked_share: score.picked_share,
         worst: score.values.iter().copied().fold(f64::INFINITY, f64::min),
         speed,
@@ -135,6 +146,30 @@ pub fn validate(
     }))
 }
 
+/// The share of the items of each pattern that `assignment` picks on `station`, which runs at the
+/// flow of `options`. `None` if the user stopped.
+fn picked_shares(
+    evaluator: &Evaluator,
+    assignment: &RuleAssignment,
+    station: &Station,
+    options: &ValidationOptions,
+    environment: &Environment,
+) -> Result<Option<Vec<f64>>> {
+    let objective = Objective::PickedShare;
+    let shares = match options.flow {
+        None => evaluator.with_objective(objective),
+        Some(_) => Evaluator::new(
+            station,
+            evaluator.patterns(),
+            objective,
+            &options.conditions,
+        )?,
+    };
+    let mut shares = shares.evaluate(vec![assignment.clone()], environment)?;
+    let whole = shares.patterns.len() == evaluator.pattern_count();
+    Ok(whole.then(|| shares.scores.swap_remove(0).values))
+}
+
 /// Number of patterns with a bound: enough for a figure, few enough to take little time.
 const CERTIFIED: usize = 100;
 /// Maximum number of their items in total.
@@ -142,7 +177,7 @@ const CERTIFIED_ITEMS: f64 = 60_000.0;
 
 /// Compares `shares` of the items of `patterns`, picked on `station`, with the bound for every
 /// strategy. `None` if the user stopped.
-fn certificate(
+fn certify(
     station: &Station,
     patterns: &[Pattern],
     conditions: &Conditions,

@@ -170,7 +170,7 @@ impl Attributes {
         };
         let with_attributes = |item: &Item| {
             Ok(Item {
-                area_cm2: draw("'area'", &self.area_cm2, &AREA)?,
+                area_cm2: draw("'area_cm2'", &self.area_cm2, &AREA)?,
                 p_detection: draw("'p_detection'", &self.p_detection, &SHARE)?,
                 p_grasp: draw("'p_grasp'", &self.p_grasp, &SHARE)?,
                 ..item.clone()

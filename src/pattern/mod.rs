@@ -14,6 +14,7 @@ mod plausible;
 mod poisson;
 mod profile;
 mod random;
+mod recipe;
 mod recorded;
 mod set;
 mod source_text;
@@ -30,8 +31,9 @@ pub use file::{Loaded, load, parse, read, to_csv};
 pub use grid::grid;
 pub use item::{Item, Pattern};
 pub use poisson::poisson_disk;
+pub use recipe::Recipe;
 pub use recorded::is_pattern_name;
-pub use set::{PatternSet, PatternSource, Recipe};
+pub use set::{PatternSet, PatternSource};
 pub use training::TrainingSet;
 pub(crate) use training::grids_around;
 

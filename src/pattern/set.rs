@@ -1,16 +1,14 @@
 //! Sets of patterns, on which strategies are judged.
 
-use super::attributes::Attributes;
-use super::feed::{Feed, FeedShape};
+use super::feed::Feed;
 use super::feeder::{Feeder, check_flow};
 use super::grid::{check_count, grid};
 use super::item::{MOST_ITEMS, Pattern};
 use super::poisson::poisson_disk;
 use super::random_stream;
+use super::recipe::Recipe;
 use super::recorded::{RecordedPatterns, files_of};
 use crate::error::{Error, Result, counted, shown_number};
-use crate::setters::setters;
-use crate::station::Belt;
 use rand::RngExt;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -57,47 +55,6 @@ pub struct PatternSet {
     /// The patterns, in the order of the labels.
     pub patterns: Vec<Pattern>,
 }
-
-/// The parameters that all generated patterns of a set share.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct Recipe {
-    /// The belt: its width, and the speed to which the flow of a feed refers.
-    pub belt: Belt,
-    /// Items per pattern; for a profile, at most this many.
-    pub items: usize,
-    /// Parameters of the feeds other than the flow.
-    pub shape: FeedShape,
-    /// What the items have besides their position.
-    pub attributes: Attributes,
-    /// Master seed: each pattern of the set has its own stream of it.
-    pub seed: u64,
-}
-
-impl Recipe {
-    /// Patterns of `items` items for `belt`, with the default shape of feeds and no attributes,
-    /// drawn from `seed`.
-    pub fn new(belt: Belt, items: usize, seed: u64) -> Self {
-        Self {
-            belt,
-            items,
-            shape: FeedShape::default(),
-            attributes: Attributes::default(),
-            seed,
-        }
-    }
-}
-
-setters!(Recipe {
-    /// With this number of items in each pattern.
-    fn with_items(items: usize);
-    /// With these parameters of the feeds.
-    fn with_shape(shape: FeedShape);
-    /// With these attributes of the items.
-    fn with_attributes(attributes: Attributes);
-    /// With this master seed.
-    fn with_seed(seed: u64);
-});
 
 impl PatternSource {
     /// The pattern files that the source reads.
@@ -273,7 +230,12 @@ impl PatternSource {
     /// If there are too many.
     pub(crate) fn check_fresh(&self, recipe: &Recipe, count: usize) -> Result<()> {
         let items = count as f64 * self.expected_items(recipe)?;
-        self.check_items(recipe, count as f64, items, &format!("'validate' {count}"))
+        self.check_items(
+            recipe,
+            count as f64,
+            items,
+            &format!("'validation' {count}"),
+        )
     }
 
     /// The source with fewer patterns, about `items` items in total, if `text`, from which it was
@@ -341,21 +303,6 @@ impl PatternSource {
     }
 }
 
-impl Recipe {
-    /// The part of the description that does not depend on the source, for provenance.
-    fn describe(&self) -> String {
-        let items = match self.items {
-            MOST_ITEMS => "every item of the profile".to_owned(),
-            items => format!("{items} items a pattern"),
-        };
-        format!(
-            "{items}, {}, seed {}",
-            self.attributes.describe(),
-            self.seed
-        )
-    }
-}
-
 /// A pattern to be generated, with its spacing or radius [m].
 #[derive(Debug, Clone, Copy)]
 enum Draw<'a> {
@@ -393,7 +340,10 @@ impl PatternSet {
 
 #[cfg(test)]
 mod tests {
+    use super::super::attributes::Attributes;
+    use super::super::feed::FeedShape;
     use super::*;
+    use crate::station::Belt;
 
     const RECIPE: Recipe = Recipe {
         belt: Belt {
@@ -428,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn fresh_patterns_are_others() {
+    fn fresh_patterns_differ() {
         let set = PatternSource::Balanced(6).build(&RECIPE).unwrap();
         let other = Recipe { seed: 2, ..RECIPE };
         let fresh = PatternSource::Balanced(6)
@@ -461,7 +411,7 @@ mod tests {
         }
         let fresh = PatternSource::Balanced(1).draw_fresh(&RECIPE, usize::MAX);
         let message = fresh.unwrap_err().to_string();
-        assert!(message.starts_with("'validate' "), "{message}");
+        assert!(message.starts_with("'validation' "), "{message}");
     }
 
     #[test]

@@ -2,7 +2,8 @@
 //! but with a different seed.
 
 use super::grid::grid;
-use super::set::{PatternSet, PatternSource, Recipe};
+use super::recipe::Recipe;
+use super::set::{PatternSet, PatternSource};
 use crate::error::Result;
 
 /// Half the width of the range around a grid's spacing, as a share of the spacing.
@@ -70,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn training_patterns_are_of_the_kind_and_others() {
+    fn training_patterns_are_of_the_same_kind_and_differ() {
         let recipe = Recipe {
             belt: *crate::station::built_in("paper")
                 .unwrap()

@@ -219,6 +219,21 @@ pub(crate) struct WrittenOptions {
     budget_key: Option<&'static str>,
 }
 
+impl From<LookaheadOptions> for WrittenOptions {
+    /// The options as [`LookaheadOptions::written`] writes them: a default budget is not given.
+    fn from(options: LookaheadOptions) -> Self {
+        let budget_key = match options.budget {
+            budget if budget == Budget::EXPERIMENT => None,
+            Budget::Decisions(_) => Some("budget"),
+            Budget::Time(_) => Some("budget-ms"),
+        };
+        Self {
+            options,
+            budget_key,
+        }
+    }
+}
+
 impl WrittenOptions {
     /// Reads `key=value,key=value`.
     ///

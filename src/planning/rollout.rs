@@ -331,7 +331,7 @@ mod tests {
 
     /// With all items in view, a completion is the run of its base.
     #[test]
-    fn a_beginning_is_worth_what_the_best_base_makes_of_it() {
+    fn a_partial_plan_is_valued_by_its_best_base() {
         let (station, pattern) = dense();
         let conditions = Conditions {
             camera_x: Some(-1e6),

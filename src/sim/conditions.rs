@@ -171,7 +171,7 @@ impl Conditions {
         let p = self.disturbances.default_p_grasp;
         if !(0.0..=1.0).contains(&p) {
             return Err(Error::usage(
-                "'grasp_success'",
+                "'default_p_grasp'",
                 format!("{} is not a probability", shown_number(p)),
                 "give the probability that a grasp succeeds, from 0 to 1, or omit the number",
             ));
@@ -243,8 +243,8 @@ mod tests {
             (Conditions::at_update_hz(-1.0), "'update_hz'"),
             (camera(f64::NAN), "'camera_x'"),
             (camera(f64::NEG_INFINITY), "'camera_x'"),
-            (disturbed(1.01, 0.0), "'grasp_success'"),
-            (disturbed(f64::NAN, 0.0), "'grasp_success'"),
+            (disturbed(1.01, 0.0), "'default_p_grasp'"),
+            (disturbed(f64::NAN, 0.0), "'default_p_grasp'"),
             (disturbed(1.0, -1e-9), "'position_noise'"),
             (disturbed(1.0, f64::NAN), "'position_noise'"),
             (disturbed(1.0, 11.0), "'position_noise'"),
@@ -343,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn luck_differs_by_seed_item_and_attempt_and_from_the_positions() {
+    fn random_events_depend_on_seed_item_and_attempt_and_not_on_positions() {
         let item = Item::at("a", 0.0, 0.0);
         let draws = |draw: &dyn Fn(u32) -> bool| (0..64).map(draw).collect::<Vec<bool>>();
         let seeded = |seed: u64| Disturbances {

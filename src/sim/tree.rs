@@ -167,7 +167,7 @@ mod tests {
 
     /// Skipping the robots after the last item does not change any result.
     #[test]
-    fn robots_with_nothing_left_are_spared_without_a_difference() {
+    fn skipping_robots_without_candidates_changes_nothing() {
         let station = crate::station::built_in("paper").unwrap();
         let station = station.station(Some(5)).unwrap();
         let pattern = crate::pattern::grid(1.05, 0.3, 20).unwrap();

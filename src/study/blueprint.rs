@@ -7,7 +7,7 @@ use crate::planning::Allowance;
 use crate::policy::Outside;
 use crate::setters::setters;
 use crate::station::Station;
-use crate::strategies::{Blueprint, Parsed};
+use crate::strategies::{Blueprint, StrategySpec};
 use std::cell::OnceCell;
 use std::fmt;
 
@@ -49,7 +49,7 @@ setters!(BlueprintOptions {
 /// Options that the strategy rejects, rules for another number of robots, or
 /// [`Interrupted`](crate::error::ErrorKind::Interrupted).
 pub fn blueprint(
-    strategy: &Parsed,
+    strategy: &StrategySpec,
     station: &Station,
     options: &BlueprintOptions,
     environment: &Environment,

@@ -11,7 +11,7 @@ use crate::optimize::Environment;
 use crate::planning::Allowance;
 use crate::sim::Conditions;
 use crate::station::Station;
-use crate::strategies::{self, HAS_POLICY, POLICY, Parsed};
+use crate::strategies::{self, HAS_POLICY, POLICY, StrategySpec};
 use std::sync::Arc;
 
 /// The highest accepted number of patterns per case; more are treated as a typing mistake.
@@ -83,7 +83,7 @@ pub struct CompareStudy<'a> {
     cases: &'a [Case],
     options: &'a CompareOptions,
     conditions: Conditions,
-    strategies: Vec<Arc<Parsed>>,
+    strategies: Vec<Arc<StrategySpec>>,
     greedy: bool,
     /// The place of the method that the others are compared against.
     reference: usize,
@@ -182,7 +182,7 @@ impl<'a> CompareStudy<'a> {
         self.notes.extend(note);
         // The paper's third column, unless another policy replaces it or the line is far from
         // its training.
-        let is_policy = |strategy: &Arc<Parsed>| strategies::is_policy(strategy.text());
+        let is_policy = |strategy: &Arc<StrategySpec>| strategies::is_policy(strategy.text());
         if !HAS_POLICY || !own.policy || self.strategies.iter().any(is_policy) {
             return Ok(());
         }
@@ -249,15 +249,8 @@ impl<'a> CompareStudy<'a> {
             first_seed: self.first_seed(),
             conditions: &self.conditions,
         };
-        let mut comparison = compare_methods(
-            self.station,
-            methods,
-            self.cases,
-            draws.replicates,
-            draws.first_seed,
-            draws.conditions,
-            environment,
-        )?;
+        let mut comparison =
+            compare_methods(self.station, methods, self.cases, draws, environment)?;
         let mut bounded = comparison.cases.len();
         if self.options.bound {
             add_bounds(&mut comparison, self.station, draws, environment)?;

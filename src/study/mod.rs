@@ -11,7 +11,7 @@
 //! | [`optimize`] | [`OptimizeStudy`] | [`Optimized`] |
 //! | [`game`] | [`GameStudy`] | [`PlayedGame`] |
 //! | [`bound`] | [`BoundStudy`] | [`PatternBounds`] |
-//! | [`simulate`] | [`SimulateStudy`] | [`SimulatedRun`] |
+//! | [`simulate_and_check`] | [`SimulateStudy`] | [`SimulatedRun`] |
 #![cfg_attr(
     feature = "onnx",
     doc = "| [`train`] | [`TrainStudy`] | [`TrainedPolicy`] |"
@@ -47,7 +47,7 @@ pub use optimize::{
 pub use options::{MethodSettings, StudyOptions};
 pub use patterns::{ScoredPatterns, ScoredSet};
 pub use robust::RobustTraining;
-pub use simulate::{SimulateOptions, SimulateStudy, SimulatedRun, simulate};
+pub use simulate::{SimulateOptions, SimulateStudy, SimulatedRun, simulate_and_check};
 pub use sweep::{DEFAULT_GRID, SweepOptions, SweepSettings, SweepStudy, Swept, sweep};
 #[cfg(feature = "onnx")]
 pub use train::{

@@ -87,12 +87,12 @@ pub enum Note {
 }
 
 /// The text of [`Note::NothingFails`].
-const NOTHING_FAILS: &str = "no item has a p_grasp below 1, so no grasp fails; give 'grasp_success' P for \
+const NOTHING_FAILS: &str = "no item has a p_grasp below 1, so no grasp fails; give 'default_p_grasp' P for \
      items without one";
 
 /// The text of [`Note::EqualWeights`].
 const EQUAL_WEIGHTS: &str = "all items weigh the same, so PP picks like FIFO; give areas or probabilities \
-     ('area', 'p_grasp') to tell them apart";
+     ('area_cm2', 'p_grasp') to tell them apart";
 
 /// The text of [`Note::CommonRandomNumbers`].
 const COMMON_RANDOM_NUMBERS: &str = "all assignments are compared under common random numbers; as \
@@ -176,7 +176,7 @@ impl fmt::Display for Note {
             Self::NoFlowYet => f.write_str("no flow is chosen: not all patterns were evaluated"),
             Self::TimeLimit { fresh } => write!(
                 f,
-                "'time_limit' was reached: validated on at most {fresh} fresh patterns, without a \
+                "'until' was reached: validated on at most {fresh} fresh patterns, without a \
                  bound"
             ),
             Self::UndisturbedBound { camera } => f.write_str(&undisturbed_bound(*camera)),
@@ -247,7 +247,7 @@ impl fmt::Display for RobustNote {
                 };
                 write!(
                     f,
-                    "robust GT is the best on {on}, as in the paper{plain}; 'train_patterns' names \
+                    "robust GT is the best on {on}, as in the paper{plain}; 'training' names \
                      another set"
                 )?;
             }
@@ -256,7 +256,7 @@ impl fmt::Display for RobustNote {
                 match on {
                     Some(on) => f.write_str(on)?,
                     None => f.write_str(
-                        "the very patterns used here, which favours it; 'train_patterns' names others",
+                        "the very patterns used here, which favours it; 'training' names others",
                     )?,
                 }
             }

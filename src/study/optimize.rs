@@ -4,11 +4,12 @@
 use super::blueprint::policy_distance;
 use super::notes::{Note, set_notes};
 use super::options::StudyOptions;
-use super::patterns::{ScoredPatterns, ScoredSet, other_luck, with_draws};
+use super::patterns::{ScoredPatterns, ScoredSet, independent_events, with_draws};
 use crate::error::Result;
 use crate::optimize::{
     Environment, Evaluator, Grasp, Limits, Objective, Optimum, Risk, Rival, Search, SearchKind,
-    SpeedScan, StopReason, Validation, chosen_flow, find_optimum, rivals, validate,
+    SpeedScan, StopReason, Validation, ValidationOptions, chosen_flow, find_optimum, rivals,
+    validate,
 };
 use crate::pattern::{PatternSet, PatternSource, Recipe};
 use crate::sim::Conditions;
@@ -230,8 +231,10 @@ impl<'a> OptimizeStudy<'a> {
             false => self.fresh,
         };
         let fresh = self.draw_fresh(count, environment)?;
-        let luck = other_luck(&self.conditions);
-        let on_fresh = fresh.as_ref().map(|fresh| self.evaluator(fresh, &luck));
+        let conditions = independent_events(&self.conditions);
+        let on_fresh = fresh
+            .as_ref()
+            .map(|fresh| self.evaluator(fresh, &conditions));
         let on_fresh = on_fresh.transpose()?;
         let validation = match (&fresh, &on_fresh) {
             (Some(fresh), Some(on)) => {
@@ -280,7 +283,7 @@ impl<'a> OptimizeStudy<'a> {
         if fresh.is_some() || !self.conditions.disturbances.any() {
             return Ok(fresh);
         }
-        // The same patterns with different luck are also fresh.
+        // The same patterns with different random events are also fresh.
         Ok(Some(with_draws(self.set.drawn(), count)))
     }
 
@@ -303,15 +306,11 @@ impl<'a> OptimizeStudy<'a> {
         environment: &Environment,
     ) -> Result<Option<Validation>> {
         let best = optimum.ranking.best();
-        validate(
-            evaluator,
-            &best.assignment,
-            chosen_flow(self.options.own.objective, best),
-            self.search.risk,
-            &other_luck(&self.conditions),
-            certify,
-            environment,
-        )
+        let options =
+            ValidationOptions::new(self.search.risk, independent_events(&self.conditions))
+                .with_flow(chosen_flow(self.options.own.objective, best))
+                .with_certify(certify);
+        validate(evaluator, &best.assignment, &options, environment)
     }
 
     /// Scores the strategies and the winner on a set, the patterns of its evaluator.

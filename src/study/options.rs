@@ -3,7 +3,7 @@
 use super::notes::Note;
 use super::robust::RobustTraining;
 use crate::sim::Conditions;
-use crate::strategies::Parsed;
+use crate::strategies::StrategySpec;
 use std::sync::Arc;
 
 /// The settings of a study: what all studies have, and in `S` what only one kind of them has.
@@ -17,7 +17,7 @@ use std::sync::Arc;
 pub struct StudyOptions<S> {
     pub(super) seed: u64,
     pub(super) conditions: Conditions,
-    pub(super) strategies: Vec<Arc<Parsed>>,
+    pub(super) strategies: Vec<Arc<StrategySpec>>,
     pub(super) bound: bool,
     /// What only this kind of study has.
     pub(super) own: S,
@@ -53,8 +53,8 @@ impl<S> StudyOptions<S> {
 
     /// With another strategy, scored on the same patterns as the study's own.
     #[must_use]
-    pub fn with_strategy(mut self, strategy: Parsed) -> Self {
-        self.strategies.push(Arc::new(strategy));
+    pub fn with_strategy(mut self, strategy: impl Into<StrategySpec>) -> Self {
+        self.strategies.push(Arc::new(strategy.into()));
         self
     }
 
@@ -69,7 +69,7 @@ impl<S> StudyOptions<S> {
 /// Settings of studies that run several methods: comparisons and sweeps.
 #[derive(Debug, Clone, Default)]
 pub struct MethodSettings {
-    pub(super) station_strategy: Option<Arc<Parsed>>,
+    pub(super) station_strategy: Option<Arc<StrategySpec>>,
     pub(super) training: RobustTraining,
     pub(super) greedy: bool,
 }
@@ -78,7 +78,7 @@ impl<S: AsMut<MethodSettings>> StudyOptions<S> {
     /// With the strategy that the station file names, before the others and unless it is one
     /// of them.
     #[must_use]
-    pub fn with_station_strategy(mut self, strategy: Option<Parsed>) -> Self {
+    pub fn with_station_strategy(mut self, strategy: Option<StrategySpec>) -> Self {
         self.own.as_mut().station_strategy = strategy.map(Arc::new);
         self
     }
@@ -103,7 +103,10 @@ impl<S: AsMut<MethodSettings>> StudyOptions<S> {
 impl MethodSettings {
     /// The strategy of the station file, unless it is one of `given`, and those; with a note if
     /// it was added.
-    pub(super) fn strategies(&self, given: &[Arc<Parsed>]) -> (Vec<Arc<Parsed>>, Option<Note>) {
+    pub(super) fn strategies(
+        &self,
+        given: &[Arc<StrategySpec>],
+    ) -> (Vec<Arc<StrategySpec>>, Option<Note>) {
         let saved = self.station_strategy.as_ref();
         let saved = saved.filter(|saved| given.iter().all(|s| s.text() != saved.text()));
         let note = saved.map(|saved| Note::StationStrategy(saved.text().to_owned()));

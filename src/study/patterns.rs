@@ -10,7 +10,7 @@ use std::str::FromStr;
 const USUAL_SET: f64 = 40_000.0;
 /// Number of items in a generated pattern, as in the balanced set of `docs/model.md`.
 const DEFAULT_ITEMS: usize = 150;
-/// Number of runs of a small set if something can go wrong: enough for a mean over luck.
+/// Number of runs of a small set if something can go wrong: enough for a mean over random events.
 const DRAWS: usize = 100;
 
 /// Which patterns a study scores on. Parsed from a text such as `balanced:120` or
@@ -108,7 +108,7 @@ impl ScoredPatterns {
         if matches!(self.source, PatternSource::Files(_)) {
             let given = [
                 ("'items'", self.items.is_some()),
-                ("'area'", self.attributes.area_cm2.is_some()),
+                ("'area_cm2'", self.attributes.area_cm2.is_some()),
                 ("'p_detection'", self.attributes.p_detection.is_some()),
                 ("'p_grasp'", self.attributes.p_grasp.is_some()),
             ];
@@ -160,7 +160,7 @@ pub struct ScoredSet {
     pub(super) source: PatternSource,
     pub(super) recipe: Recipe,
     drawn: PatternSet,
-    /// The same patterns several times, if each meets different luck.
+    /// The same patterns several times, if each has different random events.
     repeated: Option<PatternSet>,
 }
 
@@ -171,13 +171,13 @@ impl ScoredSet {
     }
 
     /// The patterns as they are scored: if something can go wrong, patterns that are not drawn
-    /// at random are repeated with different luck, a hundred runs in total.
+    /// at random are repeated with different random events, a hundred runs in total.
     pub fn scored(&self) -> &PatternSet {
         self.repeated.as_ref().unwrap_or(&self.drawn)
     }
 }
 
-/// Whether the patterns of `set` meet several draws of luck each.
+/// Whether the patterns of `set` have several draws of random events each.
 fn is_repeated(set: &PatternSet, source: &PatternSource, conditions: &Conditions) -> bool {
     let fixed = match source {
         PatternSource::Feed { feed, .. } => !feed.is_random(),
@@ -213,7 +213,7 @@ const OTHER_LUCK: u64 = 1 << 32;
 
 /// `conditions` with a seed that scoring under `conditions` never uses, for training and for
 /// fresh patterns.
-pub(super) fn other_luck(conditions: &Conditions) -> Conditions {
+pub(super) fn independent_events(conditions: &Conditions) -> Conditions {
     let seed = conditions.disturbances.seed;
     conditions.with_seed(seed.wrapping_add(OTHER_LUCK))
 }

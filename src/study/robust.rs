@@ -2,7 +2,7 @@
 //! the bases of strategies that look ahead.
 
 use super::notes::{Note, RobustBasis, RobustNote};
-use super::patterns::{other_luck, with_draws};
+use super::patterns::{independent_events, with_draws};
 use crate::dispatch::RuleAssignment;
 use crate::error::{Error, Result};
 use crate::experiment::{Case, training_set};
@@ -14,7 +14,7 @@ use crate::pattern::{PatternSet, PatternSource, Recipe, TrainingSet};
 use crate::planning::Allowance;
 use crate::sim::Conditions;
 use crate::station::Station;
-use crate::strategies::{Blueprint, Parsed, Setup};
+use crate::strategies::{Blueprint, Setup, StrategySpec};
 use std::cell::OnceCell;
 
 /// Number of best assignments that serve as bases.
@@ -83,7 +83,7 @@ impl RobustTraining {
         let set = source.build(&recipe(station, items.unwrap_or(ITEMS), seed))?;
         for (label, pattern) in set.labels.iter().zip(&set.patterns) {
             let on_belt = pattern.check_on(station);
-            on_belt.map_err(|error| error.inside(&format!("'train_patterns': {label}")))?;
+            on_belt.map_err(|error| error.inside(&format!("'training': {label}")))?;
         }
         Ok(Self::On(set))
     }
@@ -97,7 +97,7 @@ impl RobustTraining {
         match self {
             Self::Given(rules) => given(rules, robots).map(|_| ()),
             Self::On(set) if set.patterns.is_empty() => Err(Error::usage(
-                "'train_patterns'",
+                "'training'",
                 "the set has no pattern to find robust GT (game theory) on",
                 "give a set of one or more patterns",
             )),
@@ -149,11 +149,11 @@ impl<'a> LineSearch<'a> {
         }
     }
 
-    /// The same with `conditions` while robust GT is found, but with different luck from that
-    /// used for scoring strategies.
+    /// The same with `conditions` while robust GT is found, but with random events that
+    /// are independent of those used for scoring strategies.
     pub(super) fn under(self, conditions: &Conditions) -> Self {
         Self {
-            conditions: other_luck(conditions),
+            conditions: independent_events(conditions),
             ..self
         }
     }
@@ -273,7 +273,7 @@ impl<'a> LineSearch<'a> {
         };
         let count = how_many(source.expected_items(&recipe)?);
         let set = source.training_set(&recipe, count)?;
-        Ok(self.with_luck(set))
+        Ok(self.with_repeated_runs(set))
     }
 
     /// Training patterns like those of `cases`.
@@ -285,11 +285,11 @@ impl<'a> LineSearch<'a> {
         let expected: Vec<f64> = cases.iter().map(each).collect::<Result<_>>()?;
         let count = how_many(expected.iter().sum::<f64>() / expected.len().max(1) as f64);
         let set = training_set(cases, self.station.belt(), items, count, self.seed)?;
-        Ok(self.with_luck(set))
+        Ok(self.with_repeated_runs(set))
     }
 
-    /// If something can go wrong, runs a small set of patterns with several draws of luck.
-    fn with_luck(&self, training: TrainingSet) -> TrainingSet {
+    /// If something can go wrong, runs a small set of patterns with several draws of random events.
+    fn with_repeated_runs(&self, training: TrainingSet) -> TrainingSet {
         let few = training.set.patterns.len() < OF_THE_KIND;
         if !(few && self.conditions.disturbances.any()) {
             return training;
@@ -306,10 +306,10 @@ impl<'a> LineSearch<'a> {
     /// one decision if the strategy itself does not set it.
     ///
     /// # Errors
-    /// As for [`Parsed::on`], and [`Interrupted`](crate::error::ErrorKind::Interrupted).
+    /// As for [`StrategySpec::on`], and [`Interrupted`](crate::error::ErrorKind::Interrupted).
     pub(super) fn put(
         &self,
-        strategy: &Parsed,
+        strategy: &StrategySpec,
         known: &OnceCell<Vec<RuleAssignment>>,
         allowance: Allowance,
     ) -> Result<Blueprint> {

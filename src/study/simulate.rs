@@ -12,7 +12,7 @@ use crate::planning::Allowance;
 use crate::planning::bound::Bound;
 use crate::sim::{Conditions, Scene, Trace, simulate_observed};
 use crate::station::Station;
-use crate::strategies::{Blueprint, Parsed};
+use crate::strategies::{Blueprint, StrategySpec};
 
 /// The settings of a run, and what is found out about it.
 #[derive(Debug, Clone)]
@@ -132,10 +132,10 @@ pub struct SimulatedRun<'a> {
 /// Settings or a strategy that do not fit the line, an item beside the belt, an illegal action,
 /// [`Refuted`](crate::error::ErrorKind::Refuted) by the checker, or
 /// [`Interrupted`](crate::error::ErrorKind::Interrupted).
-pub fn simulate<'a>(
+pub fn simulate_and_check<'a>(
     station: &'a Station,
     pattern: &'a Pattern,
-    strategy: &Parsed,
+    strategy: &StrategySpec,
     options: &'a SimulateOptions,
     environment: &Environment,
 ) -> Result<SimulatedRun<'a>> {

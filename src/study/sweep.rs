@@ -14,7 +14,7 @@ use crate::pattern::{PatternSet, PatternSource, Recipe};
 use crate::planning::Allowance;
 use crate::sim::Conditions;
 use crate::station::Station;
-use crate::strategies::Parsed;
+use crate::strategies::StrategySpec;
 use std::sync::Arc;
 
 /// Spacing [m] and number of items of the default pattern, a grid.
@@ -102,7 +102,7 @@ pub struct SweepStudy<'a> {
     options: &'a SweepOptions,
     conditions: Conditions,
     lines: Vec<LineAt>,
-    strategies: Vec<Arc<Parsed>>,
+    strategies: Vec<Arc<StrategySpec>>,
     source: PatternSource,
     recipe: Recipe,
     set: PatternSet,
@@ -205,7 +205,7 @@ impl<'a> SweepStudy<'a> {
     /// [`Interrupted`](crate::error::ErrorKind::Interrupted) before the first value is
     /// complete.
     pub fn run(&self, environment: &Environment) -> Result<Swept> {
-        let luck = self.conditions.with_seed(self.recipe.seed);
+        let conditions = self.conditions.with_seed(self.recipe.seed);
         let patterns = &self.set.patterns;
         let (settings, trained) = match self.options.own.values.axis {
             Axis::Speed => {
@@ -215,7 +215,7 @@ impl<'a> SweepStudy<'a> {
                 };
                 let (own, trained) = self.settings(&[own], environment)?;
                 let (options, own) = (&self.options.own.values, &own[0]);
-                let settings = values::speeds(options, own, patterns, &luck, environment)?;
+                let settings = values::speeds(options, own, patterns, &conditions, environment)?;
                 (settings, trained)
             }
             _ => self.settings(&self.lines, environment)?,
@@ -223,7 +223,13 @@ impl<'a> SweepStudy<'a> {
         let mut notes: Vec<Note> = trained.into_iter().collect();
         notes.extend(self.notes.iter().cloned());
         notes.extend(distances(&settings));
-        let sweep = sweep_settings(&settings, patterns, &luck, self.options.bound, environment)?;
+        let sweep = sweep_settings(
+            &settings,
+            patterns,
+            &conditions,
+            self.options.bound,
+            environment,
+        )?;
         let generated = !matches!(self.source, PatternSource::Files(_));
         notes.extend(condition_notes(&self.conditions, generated));
         Ok(Swept { sweep, notes })

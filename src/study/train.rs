@@ -10,7 +10,7 @@ use crate::rl::{
     Trial, TrialName,
 };
 use crate::station::Station;
-use crate::strategies::{self, Parsed, default_assignment};
+use crate::strategies::{self, StrategySpec, default_assignment};
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
@@ -163,7 +163,7 @@ pub struct TrainStudy {
     trainer: Trainer,
     kept: Kept,
     /// The strategy to imitate.
-    expert: Option<Parsed>,
+    expert: Option<StrategySpec>,
     origin: String,
 }
 
@@ -258,7 +258,7 @@ struct RunningTraining<'a> {
 }
 
 impl RunningTraining<'_> {
-    fn run(mut self, expert: Option<&Parsed>, origin: &str) -> Result<TrainedPolicy> {
+    fn run(mut self, expert: Option<&StrategySpec>, origin: &str) -> Result<TrainedPolicy> {
         if let Some(expert) = expert {
             self.imitate(expert)?;
         }
@@ -284,7 +284,7 @@ impl RunningTraining<'_> {
     }
 
     /// Learns from the decisions of the expert.
-    fn imitate(&mut self, expert: &Parsed) -> Result<()> {
+    fn imitate(&mut self, expert: &StrategySpec) -> Result<()> {
         let (results, report, started) = (&mut self.results, &mut self.report, self.started);
         let judge = |trainer: &Trainer, round: Round| {
             let best = results.judge(trainer, Judged::Round(round), started.elapsed())?;
@@ -363,7 +363,7 @@ fn check_size(line: &TrainingLine) -> Result<()> {
 }
 
 /// The strategy to imitate, checked to work on every one of `stations`.
-fn expert(plan: &Plan, stations: &[Station]) -> Result<Option<Parsed>> {
+fn expert(plan: &Plan, stations: &[Station]) -> Result<Option<StrategySpec>> {
     let Some(imitation) = &plan.imitation else {
         return Ok(None);
     };

@@ -121,19 +121,19 @@ fn line_at(options: &ValueOptions, station: &Station, value: f64) -> Result<Line
         Axis::Robots if value.fract() == 0.0 && value <= MOST_ROBOTS => match &options.of_robots {
             Some(of_robots) => with_robots(of_robots(value as usize)?, value as usize),
             None => Err(Error::usage(
-                "'sweep' robots",
+                "'sweep_axis' robots",
                 "where other robots would stand is not known",
                 "give the option 'robots', which makes the line of a number of robots",
             )),
         },
         Axis::Robots => Err(Error::usage(
-            "'sweep' robots",
+            "'sweep_axis' robots",
             format!("{value} is not a number of robots"),
             "give whole numbers for 'from', 'to' and 'step', up to 100",
         )),
     };
     // The value comes from the range.
-    let place = format!("'sweep' {} at {value}", options.axis.name());
+    let place = format!("'sweep_axis' {} at {value}", options.axis.name());
     let station = line.map_err(|error| error.at(&place).into_usage())?;
     Ok(LineAt { value, station })
 }
@@ -149,7 +149,7 @@ pub(super) fn speeds(
     options: &ValueOptions,
     own: &Setting,
     patterns: &[Pattern],
-    luck: &Conditions,
+    conditions: &Conditions,
     environment: &Environment,
 ) -> Result<Vec<Setting>> {
     let (station, speed) = (&own.station, own.station.belt().speed);
@@ -164,7 +164,7 @@ pub(super) fn speeds(
         let lines = lines(options, station)?;
         return lines.iter().map(|line| setting(line.value)).collect();
     }
-    let limits = speed_limits(own, setting, patterns, luck, environment)?;
+    let limits = speed_limits(own, setting, patterns, conditions, environment)?;
     let found: Vec<f64> = limits.iter().filter_map(|limit| limit.highest).collect();
     let low = found.iter().copied().fold(f64::INFINITY, f64::min);
     let high = found.iter().copied().fold(0.0, f64::max);
@@ -195,7 +195,7 @@ fn speed_limits(
     own: &Setting,
     setting: impl Fn(f64) -> Result<Setting>,
     patterns: &[Pattern],
-    luck: &Conditions,
+    conditions: &Conditions,
     environment: &Environment,
 ) -> Result<Vec<ValueLimit>> {
     let (station, speed) = (&own.station, own.station.belt().speed);
@@ -205,7 +205,7 @@ fn speed_limits(
     // coarse.
     for _ in 0..3 {
         let most = fastest(station, step, FURTHEST * speed);
-        limits = find_limits(&setting, (step, most), patterns, luck, environment)?;
+        limits = find_limits(&setting, (step, most), patterns, conditions, environment)?;
         let highest = limits.iter().filter_map(|limit| limit.highest);
         if highest.fold(0.0, f64::max) >= FEWEST_STEPS * step {
             break;

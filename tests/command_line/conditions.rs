@@ -70,7 +70,7 @@ fn simulate_shows_what_failed_in_every_form() {
 }
 
 #[test]
-fn the_same_seed_gives_the_same_bytes_and_another_one_other_luck() {
+fn the_same_seed_gives_the_same_bytes_and_another_one_different_ones() {
     for verb in [
         &["simulate", "-q", "--format", "csv"][..],
         &[
@@ -102,7 +102,7 @@ fn the_same_seed_gives_the_same_bytes_and_another_one_other_luck() {
 }
 
 #[test]
-fn what_cannot_go_wrong_changes_no_figure_and_is_said() {
+fn settings_without_effect_change_no_figure_and_are_noted() {
     let plain = json(&["simulate", "-q", "--format", "json"]);
     let verb = ["simulate", "--format", "json", "--grasp-success"];
     let output = pickline(&verb);
@@ -212,7 +212,7 @@ fn the_ambiguous_name_is_refused_with_the_new_one() {
 /// What a search, a game and the certificate of a winner are made of are the very runs of
 /// the simulator, each with its own luck.
 #[test]
-fn searches_and_games_meet_what_simulate_meets() {
+fn searches_and_games_have_the_conditions_of_simulate() {
     let station = built_in("paper").unwrap().station(None).unwrap();
     let recipe = Recipe::new(*station.belt(), 40, 3);
     let patterns = PatternSource::Poisson(0.12, 6)

@@ -1,5 +1,8 @@
 //! The program as its users call it.
 
+// Nothing uses a test from outside.
+#![allow(unreachable_pub)]
+
 mod bad_input;
 #[path = "../common/mod.rs"]
 mod common;

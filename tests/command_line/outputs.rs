@@ -136,7 +136,7 @@ impl Place {
 }
 
 #[test]
-fn every_output_spares_what_is_not_its_own() {
+fn no_output_replaces_files_of_others() {
     let place = Place::new();
     for (verb, outputs) in verbs() {
         for (flag, name) in outputs {
@@ -241,7 +241,7 @@ fn what_was_computed_is_printed_though_the_disk_is_full() {
 
 #[cfg(feature = "onnx")]
 #[test]
-fn a_training_spares_what_it_reads_and_what_is_not_its_own() {
+fn a_training_replaces_neither_its_input_nor_files_of_others() {
     let place = Place::new();
     std::fs::copy(place.at("in/s.toml"), place.at("s.json")).unwrap();
     let imitated =

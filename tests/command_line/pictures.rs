@@ -305,7 +305,7 @@ fn names_of_any_kind_stay_names() {
 }
 
 #[test]
-fn slips_are_told_before_any_work() {
+fn typing_mistakes_are_reported_before_any_work() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     std::fs::create_dir(folder.path().join("folder")).unwrap();

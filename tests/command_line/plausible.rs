@@ -170,7 +170,7 @@ fn feeds_in_wrong_units() {
 }
 
 #[test]
-fn what_the_program_brings_along_is_plausible() {
+fn built_in_stations_and_patterns_are_plausible() {
     for arguments in [
         "station check paper --strict",
         "station check paper-narrow --strict",

@@ -166,17 +166,16 @@ fn whole_cases_outlive_an_interruption() {
             stop: &stop,
             progress: &progress,
         };
-        let mut comparison =
-            compare_methods(&station, methods, &cases, 3, 2, &plain, &environment)?;
-        let progress = after(bounds);
-        let environment = Environment {
-            stop: &stop,
-            progress: &progress,
-        };
         let draws = Draws {
             replicates: 3,
             first_seed: 2,
             conditions: &plain,
+        };
+        let mut comparison = compare_methods(&station, methods, &cases, draws, &environment)?;
+        let progress = after(bounds);
+        let environment = Environment {
+            stop: &stop,
+            progress: &progress,
         };
         add_bounds(&mut comparison, &station, draws, &environment)?;
         Ok::<_, Error>(comparison)

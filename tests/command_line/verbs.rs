@@ -90,7 +90,7 @@ fn simulate_prints_the_agreed_json() {
 }
 
 #[test]
-fn miss_reasons_are_told_apart() {
+fn miss_reasons_are_distinguished() {
     // One robot reaches y < 0.175 only: the rest is unreachable.
     let run = json(&[
         "simulate",
@@ -379,7 +379,7 @@ fn an_interrupted_search_returns_the_incumbent() {
 }
 
 #[test]
-fn pattern_generate_tells_what_was_left_open_unless_quiet() {
+fn pattern_generate_reports_its_assumptions_unless_quiet() {
     let told = |flags: &[&str]| {
         let output = pickline(&[&["pattern", "generate"], flags].concat());
         assert!(output.status.success());

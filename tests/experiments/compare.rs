@@ -3,7 +3,7 @@
 use crate::common;
 #[cfg(all(unix, feature = "onnx"))]
 use crate::programs::Program;
-use pickline::experiment::{Comparison, Method, compare_methods, load_cases};
+use pickline::experiment::{Comparison, Draws, Method, compare_methods, load_cases};
 use pickline::optimize::{Environment, Silent};
 use pickline::sim::Conditions;
 use pickline::station::built_in;
@@ -25,16 +25,12 @@ fn run(station: &str, cases: &str, replicates: usize) -> Comparison {
     };
     let cases = load_cases(cases).unwrap();
     let plain = Conditions::default();
-    compare_methods(
-        &station,
-        methods,
-        &cases,
+    let draws = Draws {
         replicates,
-        2,
-        &plain,
-        &environment,
-    )
-    .unwrap()
+        first_seed: 2,
+        conditions: &plain,
+    };
+    compare_methods(&station, methods, &cases, draws, &environment).unwrap()
 }
 
 /// Greedy GT chooses for the pattern itself, so nothing of its kind can beat it there.
@@ -182,7 +178,7 @@ fn files_and_formats_agree_and_do_not_depend_on_threads() {
 }
 
 #[test]
-fn wrong_input_is_told() {
+fn wrong_input_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("file");
     std::fs::write(&file, "[[case]]\nname = \"a\"\ngrid = 0.2\nitms = 3\n").unwrap();

@@ -6,7 +6,7 @@ use pickline::experiment::{
     Case, CaseSource, Draws, Method, Setting, add_bounds, compare_methods, find_limits,
     sweep_settings,
 };
-use pickline::optimize::{Evaluator, Objective, Risk, SpeedScan, validate};
+use pickline::optimize::{Evaluator, Objective, Risk, SpeedScan, ValidationOptions, validate};
 use pickline::pattern::{Item, Pattern};
 use pickline::planning::bound::{BoundOptions, upper_bound};
 use pickline::sim::{AssignmentTree, Conditions, Scene, simulate_rules};
@@ -127,15 +127,10 @@ fn a_validation_counts_whole_patterns_only() {
     let evaluator = Evaluator::new(&station, &patterns, Objective::PickedShare, &plain).unwrap();
     for flow in [None, Some(0.05)] {
         let rules = RULES.parse().unwrap();
-        let found = validate(
-            &evaluator,
-            &rules,
-            flow,
-            Risk::Mean,
-            &plain,
-            true,
-            &environment(),
-        );
+        let options = ValidationOptions::new(Risk::Mean, plain)
+            .with_flow(flow)
+            .with_certify(true);
+        let found = validate(&evaluator, &rules, &options, &environment());
         let found = found.unwrap().unwrap();
         assert_eq!((found.complete, found.complete_share()), (2, 0.5));
         assert_eq!(found.speed, flow.unwrap_or(0.1));
@@ -146,7 +141,7 @@ fn a_validation_counts_whole_patterns_only() {
 }
 
 #[test]
-fn a_bound_leaves_no_hope_of_what_is_out_of_reach() {
+fn a_bound_excludes_items_out_of_reach() {
     let station = one_robot();
     let pattern = sparse(1);
     let scene = Scene::new(&station, &pattern).unwrap();
@@ -167,13 +162,13 @@ fn a_line_that_picks_nothing_has_no_rate_to_be_better_than() {
         items: 0,
     }];
     let methods = settings(&[0.1]).remove(0).methods;
-    let compared = compare_methods(&station, methods, &cases, 1, 1, &plain, &environment());
-    let mut comparison = compared.unwrap();
     let draws = Draws {
         replicates: 1,
         first_seed: 1,
         conditions: &plain,
     };
+    let compared = compare_methods(&station, methods, &cases, draws, &environment());
+    let mut comparison = compared.unwrap();
     add_bounds(&mut comparison, &station, draws, &environment()).unwrap();
     let case = &comparison.cases[0];
     for method in &case.methods {
@@ -185,7 +180,7 @@ fn a_line_that_picks_nothing_has_no_rate_to_be_better_than() {
 
 /// In tables the shares of whole patterns and of those picked to 99 % stand side by side.
 #[test]
-fn tables_tell_everything_from_nearly_everything() {
+fn tables_distinguish_everything_from_nearly_everything() {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     std::fs::write(

@@ -80,7 +80,7 @@ fn what_the_caller_asks_for_is_of_kind_usage() {
         ),
         (
             swept(&SweepOptions::default().with_axis(Axis::Robots)),
-            "'sweep' robots at 1",
+            "'sweep_axis' robots at 1",
         ),
         (
             swept(
@@ -257,7 +257,7 @@ fn a_set_without_patterns_is_refused_as_such() {
         compared(&CompareOptions::default().with_training(empty())),
         swept(&SweepOptions::default().with_training(empty())),
     ] {
-        assert_eq!(error.place(), Some("'train_patterns'"), "{error}");
+        assert_eq!(error.place(), Some("'training'"), "{error}");
         assert!(
             error.to_string().contains("one or more patterns"),
             "{error}"

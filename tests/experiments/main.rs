@@ -1,5 +1,8 @@
 //! Comparisons, sweeps and the committed results.
 
+// Nothing uses a test from outside.
+#![allow(unreachable_pub)]
+
 #[path = "../common/mod.rs"]
 mod common;
 mod compare;

@@ -62,20 +62,16 @@ fn compared(conditions: &Conditions, environment: &Environment) -> Comparison {
         case("grid", CaseSource::Grid(0.2)),
         case("disks", CaseSource::Poisson(0.2)),
     ];
-    compare_methods(
-        &station(),
-        methods(),
-        &cases,
-        4,
-        20,
+    let draws = Draws {
+        replicates: 4,
+        first_seed: 20,
         conditions,
-        environment,
-    )
-    .unwrap()
+    };
+    compare_methods(&station(), methods(), &cases, draws, environment).unwrap()
 }
 
 #[test]
-fn methods_of_a_comparison_meet_the_same_patterns_and_luck() {
+fn methods_of_a_comparison_have_the_same_patterns_and_random_events() {
     let station = station();
     let width = station.belt().width;
     for plain in [true, false] {
@@ -132,7 +128,7 @@ fn grids(spacing: f64, count: usize) -> Vec<Pattern> {
 }
 
 #[test]
-fn values_of_a_sweep_meet_the_same_patterns_and_luck() {
+fn values_of_a_sweep_have_the_same_patterns_and_random_events() {
     let patterns = grids(0.3, 3);
     let conditions = unlucky(40);
     let settings = settings(&[0.03, 0.05, 0.06]);
@@ -163,7 +159,7 @@ fn values_of_a_sweep_meet_the_same_patterns_and_luck() {
 
 /// The limits of a scan are those of a sweep over the same values.
 #[test]
-fn limits_are_those_of_a_sweep_under_the_same_luck() {
+fn limits_are_those_of_a_sweep_with_the_same_random_events() {
     let patterns = grids(0.35, 2);
     let mut conditions = unlucky(40);
     conditions.disturbances.position_noise = 0.0;
@@ -199,7 +195,7 @@ fn limits_are_those_of_a_sweep_under_the_same_luck() {
 /// Assignments and strategies of a search are evaluated on the same patterns, pattern i with
 /// the luck of the seed + i.
 #[test]
-fn a_search_gives_every_assignment_the_same_patterns_and_luck() {
+fn a_search_gives_every_assignment_the_same_patterns_and_random_events() {
     let station = station();
     let patterns = grids(0.2, 4);
     let conditions = unlucky(60);
@@ -332,15 +328,12 @@ fn a_stopped_comparison_ends_with_the_last_whole_case() {
     ];
     let plain = Conditions::default();
     let run = |after: &After| {
-        compare_methods(
-            &station(),
-            methods(),
-            &cases,
-            4,
-            20,
-            &plain,
-            &after.environment(),
-        )
+        let draws = Draws {
+            replicates: 4,
+            first_seed: 20,
+            conditions: &plain,
+        };
+        compare_methods(&station(), methods(), &cases, draws, &after.environment())
     };
     assert!(run(&After::new(0)).is_err_and(|error| error.is_interrupted()));
     // The grid is one pattern; the disks are four.

@@ -270,7 +270,7 @@ fn check_table(found: &Found, name: &str) {
 
 /// The balanced set's fresh patterns come of another seed and of other spacings.
 #[test]
-fn fresh_patterns_are_none_of_the_search() {
+fn fresh_patterns_differ_from_those_of_the_search() {
     let station = station::built_in("paper").unwrap().station(None).unwrap();
     let recipe = |seed| Recipe::new(*station.belt(), 40, seed);
     for text in [
@@ -303,7 +303,7 @@ fn fresh_patterns_are_none_of_the_search() {
 /// One grid is one pattern: where something can go wrong it is validated with luck that the
 /// search did not have.
 #[test]
-fn a_grid_is_validated_with_other_luck() {
+fn a_grid_is_validated_with_independent_random_events() {
     let call = "optimize -q --format json --patterns grid:0.2 --items 24 --grasp-success 0.7 --seed 3 \
                 --validate 5 --no-bound --speed-step 0.05";
     let report: Value = serde_json::from_str(&run(call)).unwrap();

@@ -52,7 +52,8 @@ fn a_run_has_the_picks_the_clearance_and_the_bound_of_simulate() {
             .with_check(true)
             .with_clearance(true);
         let quiet = Environment::QUIET;
-        let run = study::simulate(&station, &pattern, &strategy, &options, &quiet).unwrap();
+        let run =
+            study::simulate_and_check(&station, &pattern, &strategy, &options, &quiet).unwrap();
         let report = report(&format!(
             "simulate --strategy SPT,FIFO --check --robots 2{flags}"
         ));

@@ -30,7 +30,7 @@ fn a_line_of_three_robots_has_three() {
     let refused = study::sweep(&station(), &options, &Environment::QUIET).unwrap_err();
     let told = refused.to_string();
     assert!(
-        told.contains("'robots'") || told.contains("'sweep' robots"),
+        told.contains("'robots'") || told.contains("'sweep_axis' robots"),
         "{told}"
     );
     assert!(told.contains("gives 2 robots for"), "{told}");

@@ -248,7 +248,7 @@ fn the_page_names_the_policy_as_the_tables_do() {
 }
 
 #[test]
-fn wrong_ranges_are_told() {
+fn wrong_ranges_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     for (arguments, words) in [

@@ -164,7 +164,7 @@ fn long_patterns_are_judged_by_the_share_that_is_picked() {
 /// The bases of a strategy that looks ahead are rules that pick unlike each other, found with
 /// every item known and nothing going wrong: the plan itself meets what goes wrong.
 #[test]
-fn bases_differ_and_know_nothing_of_luck() {
+fn bases_differ_and_do_not_depend_on_random_events() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("cases.toml");
     std::fs::write(&file, "[[case]]\nname = \"a\"\ngrid = 0.3\nitems = 5\n").unwrap();
@@ -191,7 +191,7 @@ fn bases_differ_and_know_nothing_of_luck() {
 /// Where something can go wrong robust GT meets other luck than what is judged: under the
 /// same luck, on one grid, it would be found on the very runs.
 #[test]
-fn training_has_other_luck() {
+fn training_has_independent_random_events() {
     use pickline::sim::{Conditions, Disturbances, Scene, simulate};
     use pickline::strategies::read_alone;
     let folder = tempfile::tempdir().unwrap();

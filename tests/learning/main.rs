@@ -1,5 +1,8 @@
 //! Policies: training, files, what runs them.
 
+// Nothing uses a test from outside.
+#![allow(unreachable_pub)]
+
 #[path = "../common/mod.rs"]
 mod common;
 mod imitation;

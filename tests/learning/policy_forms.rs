@@ -321,7 +321,7 @@ fn a_policy_that_answers_nonsense_ends_the_run() {
 /// mask: of the slots that hold an item it gets the last, or the first. Slots hold items in their
 /// order on the belt.
 #[test]
-fn without_a_mask_of_its_own_a_policy_takes_none_but_what_it_may() {
+fn without_its_own_mask_a_policy_takes_only_allowed_actions() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).display().to_string();
     // With the first item in its bin, the robot has the choice between the other two.

@@ -210,7 +210,7 @@ fn a_training_that_was_interrupted_goes_on_to_the_bit() {
 }
 
 #[test]
-fn a_training_that_goes_astray_says_so_and_keeps_what_was_good() {
+fn a_diverging_training_says_so_and_keeps_the_best_policy() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("p.onnx");
     let flags = ["--steps", "20000", "--learning-rate", "1e30"];
@@ -239,7 +239,7 @@ fn a_plan_is_not_overwritten() {
 }
 
 #[test]
-fn slips_are_told() {
+fn typing_mistakes_get_a_suggestion() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("p.onnx");
     let broken = folder.path().join("broken.json");

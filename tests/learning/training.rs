@@ -21,7 +21,7 @@ const SMALL: [&str; 6] = [
 ];
 
 #[test]
-fn robust_gt_is_found_on_the_kind_that_is_judged_and_it_is_said() {
+fn robust_gt_is_found_on_the_kind_that_is_judged_and_noted() {
     let kind = json(&SMALL);
     assert!(
         notes(&kind).contains("like those of the cases"),

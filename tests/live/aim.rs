@@ -76,7 +76,7 @@ fn play(late: f64, camera_delay_ms: f64, says_where: bool) -> (usize, usize, Vec
 }
 
 #[test]
-fn pictures_that_are_stamped_late_are_told_of_with_the_setting_that_cures_it() {
+fn late_pictures_are_reported_with_the_setting_that_corrects_them() {
     for late in [0.15, 0.2, -0.1] {
         let (done, missed, remarks) = play(late, 0.0, true);
         assert!(done >= 10 && missed == done, "{done} {missed}");
@@ -95,7 +95,7 @@ fn pictures_that_are_stamped_late_are_told_of_with_the_setting_that_cures_it() {
 }
 
 #[test]
-fn a_run_of_misses_is_not_passed_over_in_silence() {
+fn a_series_of_misses_is_reported() {
     let (done, missed, remarks) = play(0.15, 0.0, false);
     assert!(done >= 10 && missed == done);
     assert_eq!(remarks.len(), 1, "{remarks:?}");
@@ -165,7 +165,7 @@ fn an_indexing_belt_shifts_items_by_its_speed_when_the_picture_was_taken() {
 }
 
 #[test]
-fn what_is_found_elsewhere_is_told_of_once_for_each_robot() {
+fn items_found_elsewhere_are_reported_once_for_each_robot() {
     let mut line = Line::new();
     line.say(r#""kind":"belt","stamp":0,"speed":0"#);
     let mut done = 0;

@@ -235,7 +235,7 @@ fn robots_free_sooner_or_later_than_expected() {
 /// A robot at fault gets no task because word of its better days came late. A fault counts
 /// even if it comes late.
 #[test]
-fn old_news_of_a_robot_do_not_count() {
+fn old_messages_of_a_robot_do_not_count() {
     let mut line = Line::new();
     line.say(r#""kind":"robot","stamp":10,"name":"r1","state":"fault""#);
     line.see(10.0, "a", 1.0, -0.2);

@@ -290,7 +290,7 @@ fn an_encoder_may_count_in_a_circle() {
 }
 
 #[test]
-fn a_reset_while_the_belt_stops_unheard_is_told_with_its_doubt() {
+fn a_reset_during_an_unreported_stop_is_reported_as_uncertain() {
     let mut line = line();
     belt(&mut line, 1000.0, 0.3, Some(50.0));
     line.see(1000.0, "a", 0.2, -0.1);
@@ -307,7 +307,7 @@ fn a_reset_while_the_belt_stops_unheard_is_told_with_its_doubt() {
 }
 
 #[test]
-fn the_encoder_is_planned_with_where_it_differs_from_the_speed_and_is_told_of() {
+fn an_encoder_that_contradicts_the_speed_is_used_and_reported() {
     for (said, real) in [(0.3, 0.28), (0.3, 0.33), (0.3, 0.0), (0.0, 0.2), (0.1, 0.3)] {
         let (mut line, mut robot) = (line(), Robot::default());
         let hz = 10.0;
@@ -423,7 +423,7 @@ fn a_reset_between_speeds_without_a_position_is_still_found() {
 }
 
 #[test]
-fn an_encoder_that_runs_the_other_way_is_told_of() {
+fn an_encoder_that_counts_backwards_is_reported() {
     let mut line = line();
     for i in 0..40 {
         let time = f64::from(i) / 10.0;
@@ -444,7 +444,7 @@ fn an_encoder_that_runs_the_other_way_is_told_of() {
 /// What the station file says of the speed is no measurement: a picture from before the first
 /// word of the belt is placed by that word.
 #[test]
-fn a_picture_from_before_the_first_word_of_the_belt_is_placed_by_it() {
+fn a_picture_before_the_first_belt_message_is_placed_by_it() {
     // With the first message of all, and after others.
     for first in [1000.0, 1002.0] {
         let mut line = line();

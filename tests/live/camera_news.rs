@@ -171,7 +171,7 @@ type Picture<'a> = (f64, &'a [(&'a str, f64, f64)]);
 
 /// Each kind of news of what an item is: counted, and remarked the first time in so many words.
 #[test]
-fn what_is_remarked_of_items() {
+fn what_is_reported_about_items() {
     let rest = |what: &str| format!("\n  further ones are only counted, as {what} in the status");
     let play = |pictures: &[Picture]| {
         let mut line = Three::new(0.0);

@@ -34,7 +34,7 @@ fn never_again(line: &mut Three, from: f64) {
 }
 
 #[test]
-fn what_is_picked_is_never_offered_again() {
+fn picked_items_are_never_offered_again() {
     // Out of service before it met the item, and had it all the same; the other robot is
     // called back and obeys.
     let (mut line, first) = one_task(0.0);
@@ -129,7 +129,7 @@ fn two_robots_that_have_both_picked_it_are_seen() {
 }
 
 #[test]
-fn a_late_result_is_the_word_that_a_silent_robot_owed() {
+fn a_late_result_counts_as_a_message_of_a_silent_robot() {
     let (mut line, first) = one_task(0.0);
     line.tick(110.0);
     assert_eq!(line.status().robots[0].state, "silent");
@@ -210,7 +210,7 @@ fn a_cancel_is_repeated_until_it_is_answered() {
 }
 
 #[test]
-fn a_cancel_is_repeated_until_it_is_moot_and_over_a_restart() {
+fn a_cancel_is_repeated_until_it_is_pointless_and_across_a_restart() {
     let (mut line, task) = one_task(0.3);
     let mut state = LineState::default();
     state.apply(line.controller.whole());
@@ -251,7 +251,7 @@ fn a_robot_that_drops_its_tasks_gets_fewer_and_others_get_the_item() {
 }
 
 #[test]
-fn a_robot_that_drops_whatever_it_gets_rests() {
+fn a_robot_that_drops_all_tasks_is_paused() {
     let mut line = Three::new(0.0);
     line.robot(100.0, "delta-1", "idle");
     for item in 0..40 {
@@ -392,7 +392,7 @@ fn a_task_that_nobody_acknowledges_is_not_kept_for_ever() {
 }
 
 #[test]
-fn a_miss_is_no_failed_grasp() {
+fn a_miss_is_not_a_failed_grasp() {
     let mut line = Three::new(0.0);
     line.robot(100.0, "delta-1", "idle");
     line.see(100.0, "a", 1.0, 0.0);

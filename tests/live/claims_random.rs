@@ -202,7 +202,7 @@ proptest! {
     /// the picks never fall, an item has one claim at most, and every item is in exactly
     /// one figure.
     #[test]
-    fn claims_survive_whatever_happens(ops in ops()) {
+    fn claims_survive_random_events(ops in ops()) {
         let mut world = World::new();
         for op in &ops {
             world.happen(op);

@@ -43,7 +43,7 @@ fn stamps(stream: TcpStream) -> Vec<f64> {
 }
 
 #[test]
-fn who_does_not_read_stalls_nobody_and_the_newest_wins() {
+fn a_slow_reader_delays_nobody_and_gets_the_newest() {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
     let access = pickline_live::transport::Access::default();
     let dashboard = Dashboard::open("127.0.0.1:0", &station, "paper", "FIFO", access).unwrap();

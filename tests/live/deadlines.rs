@@ -172,7 +172,7 @@ fn a_robot_that_cannot_be_reached_gets_no_task() {
 }
 
 #[test]
-fn who_connects_is_told_of_open_tasks_as_they_stand() {
+fn a_new_peer_receives_open_tasks_as_they_are() {
     let (mut line, first) = sent();
     assert_eq!(tell_open(&mut line), ["task 1.0 delta-1 a"]);
     line.ack(100.1, first.id);
@@ -197,7 +197,7 @@ fn who_connects_is_told_of_open_tasks_as_they_stand() {
 /// Whoever speaks for all robots is another one: what was not acknowledged is sent as things
 /// are now, the rest as it stands, and cancels.
 #[test]
-fn who_speaks_for_all_is_sent_all_again() {
+fn a_peer_for_all_robots_receives_all_again() {
     let (mut line, first) = sent();
     line.robot(100.1, "scara-2", "idle");
     line.see(100.1, "b", 1.7, 0.0);
@@ -225,7 +225,7 @@ fn who_speaks_for_all_is_sent_all_again() {
 /// One that speaks for one robot is sent what is that robot's, but for what it has
 /// acknowledged.
 #[test]
-fn who_speaks_for_one_robot_is_sent_what_is_its_own() {
+fn a_peer_for_one_robot_receives_only_its_messages() {
     for (robot, acknowledged) in [(0, false), (0, true), (1, false), (1, true)] {
         let (mut line, first) = sent();
         line.robot(100.1, "scara-2", "idle");
@@ -260,7 +260,7 @@ fn who_speaks_for_one_robot_is_sent_what_is_its_own() {
 
 /// Somebody is there again to hear it: sixty sendings are counted from then on.
 #[test]
-fn sendings_are_counted_from_when_somebody_is_there() {
+fn sendings_are_counted_once_a_peer_is_connected() {
     let (mut line, _) = sent();
     line.tick(150.5);
     assert_eq!(line.said().0.len(), 50);

@@ -158,7 +158,7 @@ fn a_robot_that_waits_for_an_item_decides_when_one_comes() {
 /// An answer that is none gives no task, is told of once and counted, and the line goes on
 /// with the next window.
 #[test]
-fn an_answer_that_is_none_costs_a_wait() {
+fn an_invalid_answer_means_a_wait() {
     let rest = "the robot gets no task and waits; further cases are only counted, as \
                 illegal_action in the status";
     for (answer, problem) in [
@@ -278,7 +278,7 @@ fn decisions_are_timed() {
 
 /// Two robots that can decide at once: the one that is listed first does, whatever their leads.
 #[test]
-fn a_lead_time_is_no_precedence() {
+fn a_lead_time_gives_no_precedence() {
     let config = config().with_lead(vec![0.0, 0.5]);
     let (mut line, _) = scripted(config, &[], false);
     for robot in ["delta-1", "scara-2"] {
@@ -345,7 +345,7 @@ fn a_robot_that_waits_for_an_item_knows_when_it_comes() {
 
 /// A robot that has waited and is at work is not woken.
 #[test]
-fn a_robot_at_work_is_not_woken() {
+fn a_busy_robot_is_not_woken() {
     let (mut line, shown) = scripted(config(), &[Action::WaitUntil(1.0)], false);
     line.robot(100.0, "delta-1", "idle");
     line.robot(100.0, "arm-3", "idle");
@@ -440,7 +440,7 @@ fn a_strategy_sees_what_lies_on_the_belt_when_the_robot_sets_out() {
 
 /// A robot that rests is free after its rest, to the others.
 #[test]
-fn a_robot_that_rests_is_free_after_it() {
+fn a_paused_robot_is_free_afterwards() {
     let (mut line, shown) = scripted(config(), &[], false);
     line.robot(100.0, "delta-1", "idle");
     for item in 0..8 {

@@ -80,7 +80,7 @@ fn one_process_at_a_time() {
 }
 
 #[test]
-fn what_cannot_be_a_journal_is_refused() {
+fn files_that_are_not_a_journal_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     std::fs::write(path("station.toml"), "[belt]\nspeed = 0.1\n").unwrap();

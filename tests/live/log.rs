@@ -34,7 +34,7 @@ fn signal(child: &Child) {
 /// It once ended the line: refused lines filled the pipe, and the node waited for whoever
 /// had started it.
 #[test]
-fn a_stderr_that_nobody_reads_holds_nobody_up() {
+fn a_stderr_that_is_not_read_delays_nothing() {
     let (unread, stderr) = full_pipe();
     let mut node = start(&["run", "--status-every", "0"], stderr);
     let mut stdin = node.stdin.take().unwrap();
@@ -114,7 +114,7 @@ fn remarks_on(input: &str, arguments: &[&str]) -> String {
 }
 
 #[test]
-fn what_is_refused_again_and_again_is_summed_up() {
+fn repeated_refusals_are_summed_up() {
     let belt = "{\"kind\":\"belt\",\"stamp\":500,\"speed\":0}\n";
     // Time begins with the first of two that agree.
     let mut input = belt.repeat(2);

@@ -1,5 +1,8 @@
 //! Live control: the controller message by message, the node as a program among others.
 
+// Nothing uses a test from outside.
+#![allow(unreachable_pub)]
+
 mod aim;
 #[cfg(unix)]
 #[path = "../common/authority.rs"]

@@ -423,7 +423,7 @@ fn a_report_counts_what_was_read() {
 
 /// A value that is most likely wrong is counted and told of once, of a message that counts.
 #[test]
-fn what_is_doubtful_is_counted_and_told_of() {
+fn doubtful_values_are_counted_and_reported() {
     let mut line = Three::new(0.3);
     line.tick(100.0);
     assert!(line.controller.take_doubt().is_none());

@@ -27,7 +27,7 @@ fn item_data_reach_the_robot() {
 }
 
 #[test]
-fn data_that_cannot_be_are_refused() {
+fn impossible_data_are_refused() {
     let refused = |fields: &str| {
         let line = format!(r#"{{"kind":"detection","stamp":1,"x":1.0,"y":0.0,{fields}}}"#);
         pickline_live::protocol::decode(line.as_bytes())

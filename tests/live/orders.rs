@@ -128,7 +128,7 @@ fn when_a_line_is_drained() {
 
 /// What was let pass is let pass until the line no longer drains, whatever ends that.
 #[test]
-fn what_was_let_pass_may_be_taken_after_the_drain() {
+fn items_skipped_while_draining_may_be_taken_afterwards() {
     let drained = || {
         let mut line = Three::new(0.0);
         line.robot(100.0, "delta-1", "idle");

@@ -175,7 +175,7 @@ fn a_belt_that_stopped_meanwhile_is_noticed() {
 }
 
 #[test]
-fn open_tasks_are_told_of_again() {
+fn open_tasks_are_sent_again() {
     let station = station();
     let mut line = new(&station);
     say(

@@ -74,7 +74,7 @@ fn what_is_refused_is_named_with_its_sender() {
 
 /// Once, and again when somebody is there.
 #[test]
-fn who_is_waited_for_is_told() {
+fn the_awaited_peer_is_reported() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
     drop(listener);
@@ -99,7 +99,7 @@ fn who_is_waited_for_is_told() {
 /// Once, however often it is tried.
 #[cfg(feature = "tls")]
 #[test]
-fn who_is_tried_in_vain_is_told_once() {
+fn an_unreachable_peer_is_reported_once() {
     let folder = tempfile::tempdir().unwrap();
     authority(folder.path(), &["us"]);
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
@@ -150,7 +150,7 @@ fn a_dashboard_needs_an_address_of_its_own() {
 }
 
 #[test]
-fn an_empty_journal_is_told_of() {
+fn an_empty_journal_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let journal = folder.path().join("j");
     let run = || {

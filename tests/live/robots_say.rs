@@ -272,7 +272,7 @@ fn with_twenty_items() -> Three {
 
 /// Another result begins the count again, and what it was asked to drop does not count.
 #[test]
-fn a_robot_that_drops_some_tasks_does_not_rest() {
+fn a_robot_that_drops_some_tasks_is_not_paused() {
     for (third, rests) in [("CANCELLED", true), ("PICKED", false), ("REJECTED", false)] {
         let mut line = with_twenty_items();
         for result in ["CANCELLED", "CANCELLED", third, "CANCELLED", "CANCELLED"] {
@@ -363,7 +363,7 @@ fn a_late_result_ends_a_silence() {
 
 /// The same for each robot; the others may take it.
 #[test]
-fn what_one_robot_refuses_others_take() {
+fn an_item_that_one_robot_drops_is_offered_to_others() {
     for (robot, other, x) in [("scara-2", "delta-1", 1.2), ("arm-3", "scara-2", 2.0)] {
         let mut line = Three::new(0.0);
         line.robot(100.0, robot, "idle");

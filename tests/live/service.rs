@@ -31,7 +31,7 @@ fn next(socket: &UnixDatagram) -> String {
 }
 
 #[test]
-fn the_service_manager_hears_how_it_goes() {
+fn the_service_manager_receives_the_state() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("notify");
     let socket = UnixDatagram::bind(&path).unwrap();
@@ -63,7 +63,7 @@ fn the_service_manager_hears_how_it_goes() {
 
 /// A manager that does not read, or is not there, is no trouble.
 #[test]
-fn the_line_does_not_wait_for_its_manager() {
+fn a_busy_service_manager_does_not_delay_the_line() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("notify");
     let unread = UnixDatagram::bind(&path).unwrap();

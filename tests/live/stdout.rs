@@ -38,7 +38,7 @@ fn a_stdout_that_cannot_be_written_ends_it() {
 /// A stdout that nobody can write to loses no task without a word.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_behind_stdout_is_told_with_message_time_too() {
+fn a_full_disk_behind_stdout_is_reported_with_message_time_too() {
     let mut node = on_a_full_disk(&["run", "--clock", "messages"]);
     let mut stdin = node.stdin.take().unwrap();
     stdin

@@ -20,7 +20,7 @@ fn remarks_on(fields: &str) -> String {
 }
 
 #[test]
-fn what_cannot_be_is_refused_with_the_likely_unit() {
+fn impossible_values_are_refused_with_the_likely_unit() {
     for (fields, words) in [
         (
             r#""kind":"detection","stamp":1,"x":-350,"y":0"#,
@@ -88,7 +88,7 @@ fn what_cannot_be_is_refused_with_the_likely_unit() {
 }
 
 #[test]
-fn what_is_most_likely_wrong_is_questioned_and_goes_on() {
+fn unlikely_values_give_a_warning_and_are_used() {
     for (fields, words) in [
         (
             r#""kind":"detection","stamp":1,"x":-40,"y":0"#,
@@ -136,7 +136,7 @@ fn what_is_most_likely_wrong_is_questioned_and_goes_on() {
 
 /// The result counts, whatever is wrong with what it says besides.
 #[test]
-fn no_pick_is_lost_by_a_place_or_a_time_that_cannot_be() {
+fn no_pick_is_lost_by_an_impossible_place_or_time() {
     use pickline_live::protocol::{Incoming, Outgoing, decode};
     use pickline_live::{ClockKind, Config, Controller};
     for (fields, words) in [

@@ -154,7 +154,7 @@ fn a_view_says_whose_clock_it_is() {
 /// Of a crowd as many are shown as there is room for, the same ones each time, and the rest is
 /// counted.
 #[test]
-fn a_crowd_is_shown_in_part() {
+fn many_items_are_shown_in_part() {
     for (count, every) in [(2000u32, 1u32), (2001, 2), (4001, 3)] {
         let mut line = Three::new(0.0);
         for i in 0..count {

@@ -87,7 +87,7 @@ fn passwords_and_certificates_are_asked_for() {
 }
 
 #[test]
-fn what_is_wrong_with_a_certificate_is_said_with_its_cure() {
+fn errors_of_certificates_name_the_cure() {
     let folder = tempfile::tempdir().unwrap();
     let openssl = |arguments: &str| openssl(folder.path(), arguments);
     let own = |name: &str, more: &str| {

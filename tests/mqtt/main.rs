@@ -1,4 +1,7 @@
 //! The live protocol over MQTT, against mosquitto. `tests/mqtt/run.sh` installs it.
+
+// Nothing uses a test from outside.
+#![allow(unreachable_pub)]
 #![cfg(all(unix, feature = "mqtt"))]
 
 mod access;

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::time::Duration;
 
 #[test]
-fn a_broker_that_is_killed_loses_and_doubles_nothing() {
+fn a_killed_broker_loses_and_duplicates_nothing() {
     let mut broker = Broker::open();
     let line = quick_line(&broker, 40);
     let pattern = broker.path("pattern.csv");
@@ -119,7 +119,7 @@ fn a_broker_that_stalls_holds_the_line_and_loses_nothing() {
 }
 
 #[test]
-fn the_last_will_tells_that_the_node_has_died() {
+fn the_last_will_reports_that_the_node_has_died() {
     let broker = Broker::open();
     let mut watcher = broker.watch();
     let arguments = format!("run --mqtt-client-id line-1 --mqtt {}", broker.url());

@@ -25,7 +25,7 @@ fn server(answer: &'static [u8], hangs_up: bool) -> u16 {
 }
 
 #[test]
-fn what_is_no_broker_of_mqtt_5_is_named() {
+fn a_broker_without_mqtt_5_is_reported() {
     for (answer, hangs_up, words) in [
         // Return code 1 of MQTT 3.1.1: unacceptable protocol version.
         (

@@ -383,7 +383,7 @@ fn verbs_take_flows() {
 
 /// What is wrong with a profile is said of it, before any pattern is made.
 #[test]
-fn profiles_that_cannot_be_are_refused_by_their_fault() {
+fn invalid_profiles_are_refused_with_the_reason() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("p.csv");
     let source = format!("profile:{}", file.display());
@@ -447,7 +447,7 @@ fn a_long_profile_has_few_patterns_by_default() {
 }
 
 #[test]
-fn a_count_that_a_profile_does_not_bring_is_said() {
+fn a_count_that_a_profile_does_not_reach_is_noted() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("p.csv");
     std::fs::write(&file, "time_s,flow_per_min\n0,60\n600,60\n").unwrap();

@@ -435,7 +435,7 @@ fn place() -> impl Strategy<Value = f64> {
 /// An arm that is barely faster than the belt is refused or simulated, never simulated
 /// wrongly: the closed forms divide by the difference of the squared speeds.
 #[test]
-fn arms_a_hair_faster_than_the_belt() {
+fn arms_slightly_faster_than_the_belt() {
     let picks: [Index; 0] = [];
     for belt in [0.05, 0.078, 0.3, 1e-6, 1.0, 7.77e5] {
         let mut arm: f64 = belt;

@@ -53,7 +53,7 @@ fn one_pattern_in_many_spellings() {
 }
 
 #[test]
-fn what_is_not_certain_is_refused() {
+fn ambiguous_input_is_refused() {
     for (text, words) in [
         (
             "id,x,y,wieght\na,0,0,1\n",
@@ -103,7 +103,7 @@ fn what_is_not_certain_is_refused() {
 
 /// What was passed over stands in the result.
 #[test]
-fn ignored_columns_are_said() {
+fn ignored_columns_are_noted() {
     let file = concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/../../tests/data/formats/csv/extra.csv"

@@ -289,7 +289,7 @@ fn stopping_early_only_loosens_it() {
 /// Every step is told, of twice as many where end and rate are bounded too, and something
 /// known that reaches the bound ends the search.
 #[test]
-fn steps_are_counted_and_told() {
+fn steps_are_counted_and_reported() {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
     let pattern = dense(&station, 60, 1);
     let scene = Scene::new(&station, &pattern).unwrap();
@@ -388,7 +388,7 @@ fn known_answers() {
 }
 
 #[test]
-fn slots_that_cannot_be_are_refused_and_huge_patterns_are_not() {
+fn invalid_slots_are_refused_and_huge_patterns_are_not() {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
     let pattern = grid(1.05, 0.15, 60_000).unwrap();
     let scene = Scene::new(&station, &pattern).unwrap();

@@ -163,7 +163,7 @@ fn a_window_of_a_moment_is_enough() {
 
 /// Equal items at one place, more than there is time for: which of them is picked is a tie.
 #[test]
-fn equal_items_are_told_apart_by_nothing() {
+fn equal_items_are_interchangeable() {
     let pattern = items(&[(0.0, -0.4, 1.0); 5]);
     let station = line(&[12.0, 9.0]);
     let scene = Scene::new(&station, &pattern).unwrap();

@@ -148,7 +148,7 @@ fn more_budget_is_used() {
 }
 
 #[test]
-fn what_weighs_nothing_is_left_when_weight_counts() {
+fn items_without_weight_are_skipped_when_weight_counts() {
     let station = paper("paper");
     let text = "id,x,y,weight\n1,0,0,0\n2,-0.2,0,1\n3,-0.4,0,0\n4,-0.6,0,0.5\n";
     let pattern = pickline::pattern::parse(text, "test").unwrap();
@@ -221,7 +221,7 @@ fn picks(station: &Station, pattern: &Pattern, text: &str, base: &str) -> Vec<(u
 /// The first robot has time for two of three items, of which only the first is in reach of the
 /// second robot: under FIFO it takes that one, and another is lost.
 #[test]
-fn a_base_is_bettered_by_search_and_by_trying() {
+fn a_base_is_improved_by_search_and_by_trying_candidates() {
     let station = slow(2, 15.0);
     let text = "id,x,y\nA,0,0\nB,-0.02,-0.5\nC,-0.04,-0.5\n";
     let pattern = pickline::pattern::parse(text, "test").unwrap();

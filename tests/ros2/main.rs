@@ -1,5 +1,8 @@
 //! The live protocol over ROS 2. `tests/ros2/run.sh` installs the other DDS implementation
 //! that some of it is tested against, and builds the interface package.
+
+// Nothing uses a test from outside.
+#![allow(unreachable_pub)]
 #![cfg(all(unix, feature = "ros2"))]
 
 mod message_time;

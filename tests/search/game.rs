@@ -282,7 +282,7 @@ fn results_do_not_depend_on_the_number_of_threads() {
 }
 
 #[test]
-fn it_says_what_it_assumes_and_how_it_was_made() {
+fn its_assumptions_and_origin_are_stated() {
     let output = pickline(&[]);
     let remark = String::from_utf8(output.stderr).unwrap();
     assert!(remark.contains("station paper (2 robots"), "{remark}");

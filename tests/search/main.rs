@@ -1,5 +1,8 @@
 //! The search for robust strategies, and the game of a line.
 
+// Nothing uses a test from outside.
+#![allow(unreachable_pub)]
+
 mod budgets;
 #[path = "../common/mod.rs"]
 mod common;

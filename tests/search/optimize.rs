@@ -212,7 +212,7 @@ impl Progress for Told {
 /// A start of GRASP takes minutes on a long line: it tells how far it is. Without a scan no
 /// tie is broken by speed.
 #[test]
-fn a_long_line_tells_how_far_a_start_is() {
+fn a_long_line_reports_how_far_a_start_is() {
     let station = built_in("paper").unwrap().station(Some(7)).unwrap();
     let patterns = &balanced(&station, 20, 1)[..3];
     let plain = Conditions::default();

@@ -142,7 +142,7 @@ fn a_policy_joins_the_table() {
 }
 
 #[test]
-fn slips_are_told_before_the_search() {
+fn typing_mistakes_are_reported_before_the_search() {
     for (strategy, word) in [
         ("lookahed", "did you mean `lookahead`"),
         ("SPT", "rule"),

@@ -48,7 +48,7 @@ fn the_proven_worse_are_ranked_by_their_aggregate() {
 
 /// On part of the patterns the worst of them is still told by its place among all.
 #[test]
-fn the_worst_pattern_of_a_sample_is_told_by_its_place_in_the_set() {
+fn the_worst_pattern_of_a_sample_has_its_index_in_the_set() {
     let (station, patterns) = (station(), patterns());
     let plain = Conditions::default();
     let evaluator = Evaluator::new(&station, &patterns, Objective::PickingRate, &plain).unwrap();

@@ -163,7 +163,7 @@ fn other_lines_are_saved_as_new_files() {
 }
 
 #[test]
-fn a_strategy_that_does_not_fit_is_told() {
+fn a_strategy_that_does_not_fit_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("line.toml");
     let text = init(&path);

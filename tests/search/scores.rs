@@ -4,8 +4,8 @@ use pickline::decision::Figures;
 use pickline::dispatch::RuleAssignment;
 use pickline::optimize::{
     Environment, Evaluation, Evaluator, Grasp, Limits, MostRuns, Objective, Progress, Ranking,
-    Risk, Search, SearchKind, Silent, SpeedScan, Stop, StopReason, TieBreak, find_optimum, rivals,
-    validate,
+    Risk, Search, SearchKind, Silent, SpeedScan, Stop, StopReason, TieBreak, ValidationOptions,
+    find_optimum, rivals, validate,
 };
 use pickline::pattern::{Item, Pattern, grid, poisson_disk, random_stream};
 use pickline::planning::bound::{BoundOptions, upper_bound};
@@ -428,16 +428,10 @@ fn the_winner_is_judged_on_fresh_patterns() {
                 Evaluator::new(&narrow, &patterns, Objective::PickingRate, &conditions).unwrap();
             let judged = |certify| {
                 let environment = environment(&GO_ON);
-                let risk = Risk::Worst;
-                validate(
-                    &evaluator,
-                    &rules,
-                    flow,
-                    risk,
-                    &conditions,
-                    certify,
-                    &environment,
-                )
+                let options = ValidationOptions::new(Risk::Worst, conditions)
+                    .with_flow(flow)
+                    .with_certify(certify);
+                validate(&evaluator, &rules, &options, &environment)
             };
             let found = judged(true).unwrap().unwrap();
             let speed = flow.unwrap_or(0.05);
@@ -487,15 +481,8 @@ fn the_winner_is_judged_on_fresh_patterns() {
     let stopped = AtomicBool::new(true);
     let plain = Conditions::default();
     let environment = environment(&stopped);
-    let found = validate(
-        &evaluator,
-        &rules,
-        None,
-        Risk::Mean,
-        &plain,
-        true,
-        &environment,
-    );
+    let options = ValidationOptions::new(Risk::Mean, plain).with_certify(true);
+    let found = validate(&evaluator, &rules, &options, &environment);
     assert!(found.unwrap().is_none());
 }
 
@@ -508,15 +495,8 @@ fn a_certificate_is_of_the_first_patterns() {
     let evaluator = Evaluator::new(&station, &patterns, Objective::PickingRate, &plain).unwrap();
     let rules = "SPT,SPT".parse().unwrap();
     let environment = environment(&GO_ON);
-    let found = validate(
-        &evaluator,
-        &rules,
-        None,
-        Risk::Mean,
-        &plain,
-        true,
-        &environment,
-    );
+    let options = ValidationOptions::new(Risk::Mean, plain).with_certify(true);
+    let found = validate(&evaluator, &rules, &options, &environment);
     let certificate = found.unwrap().unwrap().certificate.unwrap();
     assert_eq!(certificate.patterns, 100);
     assert_eq!(
@@ -581,7 +561,7 @@ fn a_search_says_why_it_ended() {
     hurry.limits.until = Some(std::time::Instant::now());
     let told = run(&hurry, &GO_ON).unwrap_err().to_string();
     assert!(
-        told.contains("'time_limit'") && told.contains("before any assignment"),
+        told.contains("'until'") && told.contains("before any assignment"),
         "{told}"
     );
     // Runs: too few, for some of the patterns, for all.
@@ -671,16 +651,8 @@ fn progress_comes_to_the_end_of_every_stage() {
         read_alone("SPT,FIFO", 2).unwrap(),
         read_alone("LD,LD", 2).unwrap(),
     ];
-    validate(
-        &evaluator,
-        winner,
-        None,
-        Risk::Mean,
-        &plain,
-        true,
-        &environment,
-    )
-    .unwrap();
+    let options = ValidationOptions::new(Risk::Mean, plain).with_certify(true);
+    validate(&evaluator, winner, &options, &environment).unwrap();
     rivals(&evaluator, winner, &strategies, Risk::Mean, &environment).unwrap();
     let told = stages.0.into_inner().unwrap();
     let expected = [

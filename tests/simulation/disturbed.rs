@@ -2,7 +2,7 @@
 //! engine pick by pick, the checker confirms them, luck is the same for all strategies.
 
 use crate::common;
-use crate::disturbed_book::{Decider, Told, by_the_book, by_whim};
+use crate::disturbed_transcription::{Decider, Recorded, by_whim, transcribed};
 use pickline::checker;
 use pickline::decision::{Action, Event, FailureCause, Observer, Outcome, Snapshot, Strategy};
 use pickline::dispatch::RuleAssignment;
@@ -15,10 +15,10 @@ use proptest::prelude::*;
 use proptest::strategy::Strategy as _;
 
 /// Everything that was decided, in order.
-fn decided(outcome: &Outcome) -> Vec<Told> {
+fn decided(outcome: &Outcome) -> Vec<Recorded> {
     let picks = outcome.picks.iter().map(|pick| (pick, true));
     let failures = outcome.failures.iter().map(|f| (&f.attempt, false));
-    let mut all: Vec<Told> = picks
+    let mut all: Vec<Recorded> = picks
         .chain(failures)
         .map(|(p, picked)| (p.robot, p.item as usize, p.decide, picked))
         .collect();
@@ -71,13 +71,13 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(1500))]
 
     #[test]
-    fn the_engine_agrees_with_the_book(((station, pattern, rules), conditions) in cases()) {
+    fn the_engine_agrees_with_the_transcription(((station, pattern, rules), conditions) in cases()) {
         let pattern = with_probabilities(&pattern);
         let scene = Scene::under(&station, &pattern, conditions).unwrap();
         let outcome = simulate_rules(&scene, &rules).unwrap();
         let rules = rules.names();
-        let book = by_the_book(&station, pattern.items(), Decider::Rules(&rules), &conditions);
-        prop_assert_eq!((decided(&outcome), outcome.missed.clone()), book);
+        let transcription = transcribed(&station, pattern.items(), Decider::Rules(&rules), &conditions);
+        prop_assert_eq!((decided(&outcome), outcome.missed.clone()), transcription);
         checker::check(&station, &pattern, &outcome).unwrap();
         let disturbed = conditions.disturbances.any();
         prop_assert!(!(disturbed && Cascade::new(&scene).is_some()));
@@ -97,9 +97,9 @@ proptest! {
         let outcome = simulate_observed(&scene, &mut whim, Some(&mut events)).unwrap();
         checker::check(&station, &pattern, &outcome).unwrap();
         events.agree_with(&outcome, &station);
-        let book = Decider::Whim(&whim.choices);
-        let book = by_the_book(&station, pattern.items(), book, &conditions);
-        prop_assert_eq!((decided(&outcome), outcome.missed.clone()), book);
+        let decider = Decider::Whim(&whim.choices);
+        let transcription = transcribed(&station, pattern.items(), decider, &conditions);
+        prop_assert_eq!((decided(&outcome), outcome.missed.clone()), transcription);
         whim.next = 0;
         prop_assert_eq!(simulate(&scene, &mut whim).unwrap(), outcome);
     }

@@ -13,7 +13,7 @@ use proptest::strategy::{Strategy as _, ValueTree as _};
 
 /// The model page written down as directly as possible: every decision looks at every
 /// robot and every item. Shares nothing with the engines.
-fn by_the_book(
+fn transcribed(
     station: &Station,
     items: &[Item],
     rules: &[&str],
@@ -144,8 +144,12 @@ fn compare(station: &Station, pattern: &Pattern, rules: &RuleAssignment, hz: f64
         .unwrap();
     let outcome = simulate_rules(&scene, rules).unwrap();
     checker::check(station, pattern, &outcome).unwrap();
-    let book = by_the_book(station, pattern.items(), &rules.names(), hz);
-    assert_eq!(plain(&outcome.picks), book, "{rules} against the book");
+    let transcription = transcribed(station, pattern.items(), &rules.names(), hz);
+    assert_eq!(
+        plain(&outcome.picks),
+        transcription,
+        "{rules} against the transcription"
+    );
     let Some((figures, picks)) = cascade_picks(&scene, rules) else {
         return false;
     };

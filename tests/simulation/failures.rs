@@ -31,7 +31,7 @@ fn noisy(position_noise: f64, seed: u64) -> Conditions {
 }
 
 #[test]
-fn what_cannot_go_wrong_changes_nothing() {
+fn settings_without_effect_change_nothing() {
     let station = paper(3);
     let pattern = grid(1.05, 0.15, 100).unwrap();
     let plain = Scene::new(&station, &pattern).unwrap();
@@ -46,7 +46,7 @@ fn what_cannot_go_wrong_changes_nothing() {
 }
 
 #[test]
-fn luck_is_that_of_item_and_attempt() {
+fn random_events_depend_on_item_and_attempt_only() {
     let station = paper(2);
     let pattern = grid(1.05, 0.15, 100).unwrap();
     let of_item = |conditions: Conditions, rules: &str| {
@@ -80,7 +80,7 @@ fn luck_is_that_of_item_and_attempt() {
 
 /// What was found with a seed can be found again with later versions.
 #[test]
-fn the_luck_of_a_seed_stays_what_it_is() {
+fn the_random_events_of_a_seed_never_change() {
     let item = Item::at("a", -1.0, 0.0);
     let luck = failing(0.5, 3).disturbances.with_position_noise(0.5);
     let grasps = (0..8).map(|attempt| luck.grasp_succeeds(5, &item, attempt));
@@ -111,7 +111,7 @@ fn grasps_succeed_as_often_as_they_should() {
 }
 
 #[test]
-fn noise_leads_robots_astray() {
+fn position_noise_causes_missed_items() {
     let station = paper(2);
     let pattern = grid(1.05, 0.15, 150).unwrap();
     let scene = Scene::under(&station, &pattern, noisy(0.05, 2)).unwrap();

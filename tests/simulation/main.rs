@@ -1,11 +1,14 @@
 //! The simulated line: both engines, the checker, disturbances, what a line makes.
 
+// Nothing uses a test from outside.
+#![allow(unreachable_pub)]
+
 mod checker;
 mod clearance;
 #[path = "../common/mod.rs"]
 mod common;
 mod disturbed;
-mod disturbed_book;
+mod disturbed_transcription;
 mod engines;
 mod events;
 mod failures;

@@ -170,7 +170,7 @@ fn items_leave_the_view_behind_the_end() {
 
 /// With overlapping windows and without, the tree tells what each robot picks, and stops.
 #[test]
-fn trees_tell_the_picks_of_each_robot_and_stop_when_asked() {
+fn trees_report_the_picks_of_each_robot_and_stop_on_request() {
     let list: Vec<(String, f64)> = (0..20)
         .map(|i| (i.to_string(), -0.3 * f64::from(i)))
         .collect();

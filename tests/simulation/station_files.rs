@@ -18,7 +18,7 @@ fn with_line(key: &str, value: &str) -> String {
 }
 
 #[test]
-fn every_value_of_a_line_is_held_to_its_limits() {
+fn every_value_of_a_line_is_checked_against_its_limits() {
     let (size, length) = ("is not a usable size", "is not a valid length");
     let (place, time) = ("is not a valid position", "is not a valid dwell time");
     for (key, good, bad, words) in [
@@ -139,7 +139,7 @@ fn a_strategy_is_read_with_its_place() {
 
 /// A speed of 0 is the file's fault, whatever the flag.
 #[test]
-fn settings_are_blamed_for_what_they_ask() {
+fn errors_name_the_setting_that_caused_them() {
     let fast = Overrides::default().with_belt_speed(0.4);
     let of = |value: &str| parse(&with_line("speed", value), "t", fast);
     assert_eq!(of("0.5").unwrap().belt().speed, 0.4);
@@ -155,7 +155,7 @@ fn settings_are_blamed_for_what_they_ask() {
 
 /// What follows from a line is blamed on the line, and keys that nobody knows are refused.
 #[test]
-fn what_follows_from_a_line_is_blamed_on_it() {
+fn values_derived_from_a_line_name_that_line() {
     let far = with_line("first_base_x", "999999.5");
     let with_length = far.replace("[belt]\n", "[belt]\nlength = 4.0\n");
     let wide = with_line("bin_offset", "999999").replace("width = 1.05", "width = 1000.0");

@@ -37,7 +37,7 @@ fn with(change: impl Fn(&mut Belt, &mut Robot)) -> Result<Station> {
 }
 
 #[test]
-fn every_value_of_a_station_is_held_to_its_limits() {
+fn every_value_of_a_station_is_checked_against_its_limits() {
     type Set = fn(&mut Belt, &mut Robot, f64);
     let size = "is not a usable size";
     let place = "is not a valid position";
@@ -270,7 +270,7 @@ fn a_line_is_placed_as_it_says() {
 
 /// Both ends of a window belong to it; it begins at 0 s at the earliest.
 #[test]
-fn windows_are_reckoned_from_the_start_of_the_run() {
+fn windows_are_measured_from_the_start_of_the_run() {
     // 1 m/s towards the item, 0.5 m/s behind it: see the events.
     let even = Robot {
         base: Point2::new(1.0, 0.0),

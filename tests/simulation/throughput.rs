@@ -146,7 +146,7 @@ fn a_line_that_keeps_up_makes_the_flow() {
 /// long. Whatever the length of the pattern, there is the throughput of a very long one or
 /// none.
 #[test]
-fn a_growing_queue_is_no_steady_state() {
+fn a_growing_queue_is_not_a_steady_state() {
     let station = paper(1);
     let file = |flow: f64, items: usize| {
         let gap = 60.0 * station.belt().speed / flow;
@@ -258,7 +258,7 @@ fn run_in_and_run_out_are_cut_off() {
 
 /// Everything out of reach, noise, failures and a camera are no exceptions.
 #[test]
-fn conditions_are_no_exceptions() {
+fn conditions_are_tried_like_other_settings() {
     let station = paper(2);
     let width = station.belt().width;
     let pattern = grid(width, 0.15, 1600).unwrap();

@@ -165,9 +165,9 @@ impl ComparePlan {
         let compared = self.common.on_threads(|| study.run(&environment))?;
         let (done, planned) = (compared.comparison.cases.len(), compared.comparison.planned);
         let scored = format!(
-            "cases {}, random ones {} patterns each under the seeds {} and up",
+            "cases {}, random ones {} each under the seeds {} and up",
             identified(&self.cases_name)?,
-            self.replicates,
+            counted(self.replicates, "pattern"),
             study.first_seed()
         );
         let (command, seed) = (session.command(), self.common.seed);

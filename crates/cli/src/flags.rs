@@ -3,9 +3,34 @@
 use pickline::error::spell_settings;
 use pickline::study::Note;
 
+/// Settings whose flags have other names, each with its flag. All others have the name of their flag
+/// with `_` for `-`.
+const RENAMED: [(&str, &str); 15] = [
+    ("angle_deg", "angle"),
+    ("area_cm2", "area"),
+    ("default_p_grasp", "grasp-success"),
+    ("grasp_failures", "failing-grasps"),
+    ("jitter", "jitter-ms"),
+    ("kind", "search"),
+    ("merge_distance_m", "merge-distance"),
+    ("runs", "max-runs"),
+    ("scale_m_per_px", "scale"),
+    ("scan", "speed-step"),
+    ("split_distance_m", "split-distance"),
+    // `SweepOptions::with_axis`; another `axis` is that of the image of a recording.
+    ("sweep_axis", "sweep"),
+    ("training", "train-patterns"),
+    ("until", "time-limit"),
+    ("validation", "validate"),
+];
+
 /// The flag of a setting that a message of the library names: `--update-hz` for `update_hz`.
 pub(crate) fn flag(setting: &str) -> String {
-    format!("--{}", setting.replace('_', "-"))
+    let renamed = RENAMED.iter().find(|(name, _)| *name == setting);
+    match renamed {
+        Some((_, flag)) => format!("--{flag}"),
+        None => format!("--{}", setting.replace('_', "-")),
+    }
 }
 
 /// The texts of `notes`, with settings written as flags.
@@ -20,7 +45,7 @@ pub(crate) fn in_note(note: &Note) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::flag;
+    use super::{RENAMED, flag};
     use clap::Command;
     use pickline::error::spell_settings;
     use std::cell::RefCell;
@@ -37,21 +62,71 @@ mod tests {
         }
     }
 
-    fn collect_settings(folder: &Path, settings: &RefCell<BTreeSet<String>>) {
+    /// The code of the library, without comments.
+    fn read_code(folder: &Path, code: &mut String) {
         for entry in std::fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
             if path.is_dir() {
-                collect_settings(&path, settings);
+                read_code(&path, code);
             } else if path.extension().is_some_and(|extension| extension == "rs") {
-                let code = std::fs::read_to_string(&path).unwrap();
+                let text = std::fs::read_to_string(&path).unwrap();
                 let comment = |line: &&str| !line.trim_start().starts_with("//");
-                for line in code.lines().filter(comment) {
-                    spell_settings(line, |name| {
-                        settings.borrow_mut().insert(name.to_owned());
-                        String::new()
-                    });
+                for line in text.lines().filter(comment) {
+                    *code += line;
+                    code.push('\n');
                 }
             }
+        }
+    }
+
+    fn library_code() -> String {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let mut code = String::new();
+        for folder in ["src", "crates/live/src", "crates/report/src"] {
+            read_code(&root.join(folder), &mut code);
+        }
+        code
+    }
+
+    /// The settings that the library names.
+    fn settings(code: &str) -> BTreeSet<String> {
+        let settings = RefCell::new(BTreeSet::new());
+        for line in code.lines() {
+            spell_settings(line, |name| {
+                settings.borrow_mut().insert(name.to_owned());
+                String::new()
+            });
+        }
+        settings.into_inner()
+    }
+
+    /// Settings that are no option of a struct: arguments of functions, variants of an enum, and
+    /// what chooses among files and functions.
+    const ARGUMENTS: [&str; 11] = [
+        "cases", "connect", "count", "fps", "imitate", "listen", "preset", "radius", "record",
+        "robust", "station",
+    ];
+
+    /// A setting has the name by which the library sets it.
+    #[test]
+    fn every_setting_that_the_library_names_is_one_of_its_options() {
+        let code = library_code();
+        let settings = settings(&code);
+        for setting in &settings {
+            // `no_bound` is `with_bound(false)`.
+            let option = setting.strip_prefix("no_").unwrap_or(setting);
+            let is_option = code.contains(&format!("fn with_{option}("));
+            // Those of a transport begin with its name, because several have a `certificate`.
+            let is_of_transport = ["mqtt", "ros2", "tls"]
+                .iter()
+                .any(|transport| option.starts_with(transport));
+            let is_listed =
+                ARGUMENTS.contains(&option) || RENAMED.iter().any(|(name, _)| *name == option);
+            assert!(is_option || is_of_transport || is_listed, "{setting}");
+        }
+        let renamed = RENAMED.iter().map(|(name, _)| name);
+        for name in renamed.chain(&ARGUMENTS) {
+            assert!(settings.contains(*name), "{name} is not used");
         }
     }
 
@@ -59,12 +134,7 @@ mod tests {
     fn every_setting_that_the_library_names_is_a_flag() {
         let mut flags = BTreeSet::new();
         collect_flags(&crate::command(), &mut flags);
-        let settings = RefCell::default();
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        for folder in ["src", "crates/live/src", "crates/report/src"] {
-            collect_settings(&root.join(folder), &settings);
-        }
-        let settings = settings.into_inner();
+        let settings = settings(&library_code());
         assert!(settings.len() > 40, "{settings:?}");
         // The flags of a transport that is not built in are unknown.
         let is_built_in = |setting: &str| {

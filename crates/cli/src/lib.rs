@@ -1,9 +1,5 @@
 //! The command line: arguments, resolved settings, one file per verb.
 
-// Units are in brackets, [m] or [s], which rustdoc would treat as links.
-#![allow(rustdoc::broken_intra_doc_links)]
-#![warn(unreachable_pub)]
-
 mod access;
 mod args;
 mod bound;

@@ -7,7 +7,7 @@ use pickline::error::Result;
 use pickline::optimize::Environment;
 use pickline::planning::{Allowance, Budget};
 use pickline::station::Station;
-use pickline::strategies::{Blueprint, Parsed};
+use pickline::strategies::{Blueprint, StrategySpec};
 use pickline::study::{self, BlueprintOptions};
 use pickline_live::ClockKind;
 
@@ -31,7 +31,7 @@ pub(crate) fn allowance(ms: Option<f64>, clock: ClockKind) -> Result<Allowance> 
 /// # Errors
 /// As for [`study::blueprint`].
 pub(crate) fn live_strategy(
-    strategy: &Parsed,
+    strategy: &StrategySpec,
     options: &BlueprintOptions,
     quiet: bool,
     station: &Station,

@@ -16,7 +16,7 @@ use pickline::error::{Error, Result, shown, shown_number};
 use pickline::files;
 use pickline::plausible::{DECISION_TIME, TIMEOUT, TOLERANCE};
 use pickline::station::Station;
-use pickline::strategies::{Parsed, policy_file};
+use pickline::strategies::{StrategySpec, policy_file};
 use pickline::study::{BlueprintOptions, policy_distance};
 use pickline_live::node::{self, Connections, NodeOptions, RunOrigin, unix_now};
 use pickline_live::protocol::{check_station, schema};
@@ -51,7 +51,7 @@ enum RunPlan {
 struct LinePlan {
     station: Station,
     station_name: String,
-    strategy: Parsed,
+    strategy: StrategySpec,
     /// Where the strategy comes from, if it is a default.
     from: &'static str,
     planning: BlueprintOptions,

@@ -16,7 +16,7 @@ use pickline::planning::Budget;
 use pickline::plausible::{CLUSTER_SPREAD, FLOW, GAP_LENGTH};
 use pickline::sim::{Conditions, Disturbances};
 use pickline::station::{self, Overrides, Station};
-use pickline::strategies::{self, Parsed};
+use pickline::strategies::{self, StrategySpec};
 use pickline::study::{DEFAULT_GRID, RobustTraining, ScoredPatterns};
 use std::io::Read as _;
 use std::path::Path;
@@ -376,7 +376,7 @@ pub(crate) fn budget(ms: Option<f64>) -> Result<Option<Budget>> {
 ///
 /// # Errors
 /// As for [`strategies::parse`].
-pub(crate) fn parse_strategy(text: &str, quiet: bool) -> Result<Parsed> {
+pub(crate) fn parse_strategy(text: &str, quiet: bool) -> Result<StrategySpec> {
     let strategy = strategies::parse(text)?;
     if let Some(remark) = strategy.remark().filter(|_| !quiet) {
         tell(remark);

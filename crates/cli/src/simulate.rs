@@ -13,7 +13,7 @@ use pickline::planning::Allowance;
 use pickline::plausible::DECISION_TIME;
 use pickline::sim::Conditions;
 use pickline::station::Station;
-use pickline::strategies::{Blueprint, Parsed, policy_file};
+use pickline::strategies::{Blueprint, StrategySpec, policy_file};
 use pickline::study::{SimulateOptions, SimulateStudy, SimulatedRun, blueprint, policy_distance};
 use pickline_report::{
     CertifiedReport, ClearanceReport, Provenance, RunReport, check_replay, replay_page,
@@ -34,10 +34,10 @@ struct SimulatePlan {
     pattern_name: String,
     /// What the pattern is called in errors.
     pattern_place: String,
-    strategy: Parsed,
+    strategy: StrategySpec,
     /// Where the strategy comes from, if it is a default.
     from: &'static str,
-    /// Whether the line or the strategy is a default, which is remarked.
+    /// Whether the line or the strategy is a default, which gives a note.
     has_defaults: bool,
     conditions: Conditions,
     options: SimulateOptions,

@@ -4,10 +4,6 @@
 //! writes the view as JSON and sends it to all browsers. Each browser gets the newest view once it
 //! has received the previous one, so a slow browser skips views.
 
-// Units are in brackets, [m] or [s], which rustdoc would treat as links.
-#![allow(rustdoc::broken_intra_doc_links)]
-#![warn(unreachable_pub)]
-
 mod metrics;
 mod page;
 mod server;

@@ -1,6 +1,9 @@
 //! Prints the tables of docs/live.md on which item a detection is of:
 //! `cargo run --release --example identity_rates`.
 
+// The modules belong to a test.
+#![allow(unreachable_pub)]
+
 #[path = "../../../tests/live/support/rates.rs"]
 mod rates;
 #[path = "../../../tests/live/support/tracker.rs"]

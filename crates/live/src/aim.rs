@@ -364,7 +364,7 @@ mod tests {
     }
 
     #[test]
-    fn a_late_stamp_is_told_of_with_what_cures_it() {
+    fn a_late_stamp_is_reported_with_its_cure() {
         let remarks = told((0..100).map(|i| (i % 2, 0.045 + jitter(i), jitter(i + 3), 0.3)));
         assert_eq!(remarks.len(), 1, "{remarks:?}");
         let cure = remarks[0].contains("were 149 ms late: 'camera_delay' 169 corrects");
@@ -378,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn speeds_tell_a_delay_from_a_place() {
+    fn different_speeds_distinguish_a_delay_from_a_wrong_position() {
         let speed = |i: usize| 0.1 + 0.1 * (i % 3) as f64;
         let late = |place: f64| {
             let finds = (0..24).map(|i| (i % 2, place + 0.2 * speed(i) + jitter(i), 0.0, speed(i)));
@@ -440,7 +440,7 @@ mod tests {
     }
 
     #[test]
-    fn grasps_that_all_fail_are_told_of_with_both_causes() {
+    fn grasps_that_all_fail_are_reported_with_both_causes() {
         let (mut aim, mut remarks) = (Aim::default(), Vec::new());
         for i in 0..40 {
             let failed = [Verdict::GraspFail, Verdict::Missed][usize::from(i % 5 == 0)];
@@ -461,7 +461,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_of_misses_is_told_of_once() {
+    fn a_series_of_misses_is_reported_once() {
         let mut aim = Aim::default();
         let mut remarks = Vec::new();
         for _ in 0..225 {
@@ -482,9 +482,9 @@ mod tests {
         assert!(aim.remark(0.0, None, 0.3, &NAMES).is_some());
     }
 
-    /// An offset that was cured is told of again when it comes back.
+    /// An offset that was cured is reported again when it returns.
     #[test]
-    fn an_offset_that_comes_back_is_told_of_again() {
+    fn an_offset_that_returns_is_reported_again() {
         let off = |i: usize| if i / KEPT == 1 { 0.0 } else { 0.0037 };
         let remarks = told((0..3 * KEPT).map(|i| (i % 2, off(i), 0.0, 0.3)));
         assert_eq!(remarks.len(), 2, "{remarks:?}");

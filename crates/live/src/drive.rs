@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drive_that_never_follows_is_left_alone_in_the_end() {
+    fn a_drive_that_never_follows_is_no_longer_asked() {
         let mut drive = Drive::default();
         drive.ask(0.0, 0.3, LOST);
         let asked = (1..100).filter(|i| drive.ask(f64::from(*i), 0.3, LOST).is_some());

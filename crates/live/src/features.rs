@@ -113,7 +113,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_not_said_stays_and_old_news_fill_gaps_only() {
+    fn missing_fields_keep_their_value_and_old_messages_only_fill_gaps() {
         let mut known = Features {
             area_cm2: Some(100.0),
             class: Some("pet".into()),

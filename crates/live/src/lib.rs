@@ -21,11 +21,6 @@
 //! - `mqtt`: the live protocol over MQTT 5.
 //! - `ros2`: the live protocol over ROS 2, without a ROS installation.
 
-// What only the crate uses says so.
-#![warn(unreachable_pub)]
-// Units are in brackets, [m] or [s], which rustdoc would treat as links.
-#![allow(rustdoc::broken_intra_doc_links)]
-
 mod aim;
 mod association;
 mod belt;

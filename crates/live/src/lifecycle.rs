@@ -195,7 +195,7 @@ mod tests {
                 Self::FaultBefore => "`fault` before `meet_at`, or never acknowledged",
                 Self::FaultAfter => "`fault` from `meet_at` on",
                 Self::TakenByOther => "`PICKED` by another robot",
-                Self::Moot => "nothing can come of it any more",
+                Self::Moot => "no result is possible any more",
             }
         }
     }

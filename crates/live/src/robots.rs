@@ -4,7 +4,7 @@ use super::protocol::{RobotCounts, Verdict};
 use pickline::station::Robot;
 use serde::{Deserialize, Serialize};
 
-/// Number of tasks in a row that a robot drops before it gets a rest.
+/// Number of tasks in a row that a robot drops before it is paused.
 const MOST_DROPPED: u32 = 3;
 /// The first rest [s]; each further one is twice as long,
 const FIRST_REST: f64 = 0.5;
@@ -134,7 +134,7 @@ impl RobotInfo {
     }
 
     /// Notes that it has dropped a task unasked at `now` [s]. The third in a row, and each further
-    /// one, leads to a rest. Returns whether this is the third.
+    /// one, leads to a pause. Returns whether this is the third.
     pub(crate) fn drops_task(&mut self, now: f64) -> bool {
         self.dropped += 1;
         if self.dropped >= MOST_DROPPED {

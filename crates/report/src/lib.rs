@@ -1,9 +1,5 @@
 //! Results as JSON, CSV, tables and pictures, each with its provenance.
 
-// Units are in brackets, [m] or [s], which rustdoc would treat as links.
-#![allow(rustdoc::broken_intra_doc_links)]
-#![warn(unreachable_pub)]
-
 mod bound;
 mod charts;
 mod clearance;

@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn weak_dominance_and_doubles_are_told_apart() {
+    fn weak_dominance_and_duplicates_are_distinguished() {
         // Row 2 equals row 1; row 3 is never better and once worse.
         let game = two_players(&[&[(1, 0), (2, 0)], &[(1, 0), (2, 0)], &[(1, 0), (1, 0)]]);
         assert_eq!(equivalent(&game, 0), [vec![0, 1]]);

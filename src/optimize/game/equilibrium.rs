@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn doubles_of_an_action_are_told_from_real_ties() {
+    fn duplicates_of_an_action_are_distinguished_from_ties() {
         // Rows 1 and 2 are equal; row 3 is worse by 2.
         let game = two_players(&[&[(5, 0)], &[(5, 0)], &[(3, 0)]]);
         let (found, ..) = solved(&game);

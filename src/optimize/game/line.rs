@@ -77,7 +77,7 @@ pub fn check_size(station: &Station) -> Result<()> {
 
 impl LineGame {
     /// Simulates all assignments of `station` on `patterns` under `conditions`; pattern i draws
-    /// its luck from their seed + i. Sums are always computed in the same order of patterns, so
+    /// its random events from their seed + i. Sums are always computed in the same order of patterns, so
     /// no figure depends on the number of threads.
     ///
     /// # Errors
@@ -104,8 +104,8 @@ impl LineGame {
             let runs: Vec<Option<(Vec<f64>, bool)>> = batch
                 .par_iter()
                 .map(|&place| {
-                    let luck = conditions.of_place(place);
-                    let scene = Scene::under(station, &patterns[place], luck)?;
+                    let own = conditions.of_place(place);
+                    let scene = Scene::under(station, &patterns[place], own)?;
                     let rates = own_rates(&scene, &tree, environment)?;
                     Ok(rates.map(|rates| (rates, scene.is_independent())))
                 })

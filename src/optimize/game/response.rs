@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn pennies_are_turned_for_ever() {
+    fn best_responses_cycle_in_matching_pennies() {
         let play = play(&matching_pennies());
         assert_eq!(play.ends, [End::Cycle(0); 4]);
         assert_eq!(play.to_equilibrium(), 0);

@@ -303,7 +303,7 @@ pub(super) mod tests {
 
     /// Darts hardly ever leave room for an item. This test fills the room with corners alone.
     #[test]
-    fn whatever_is_left_uncovered_is_filled() {
+    fn uncovered_areas_are_filled() {
         let mut rng = random_stream(1, 0);
         for (size, points) in [
             // The corners of the strip outside the only circle.

@@ -211,11 +211,11 @@ fn nothing_remains(
             format!("give 'axis' {axis}{reverse}, the direction of the tracks: {speeds}")
         }
         BACKWARDS => format!("{}: {speeds}", turn_over(options)),
-        STILL => format!("check 'scale', 'fps', 'belt_speed' and 'axis': {speeds}"),
+        STILL => format!("check 'scale_m_per_px', 'fps', 'belt_speed' and 'axis': {speeds}"),
         reason if reason.starts_with(FEWER) => {
             "lower 'min_frames', or configure the tracker to keep its ids longer".to_owned()
         }
-        _ => "check 'scale' and 'fps'".to_owned(),
+        _ => "check 'scale_m_per_px' and 'fps'".to_owned(),
     };
     Error::input(
         format!("{}:{}", report.file, first_line.unwrap_or(1)),
@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn changed_ids_are_merged_even_from_stumps() {
+    fn changed_ids_are_merged_even_for_short_tracks() {
         let text = track(1, 1..11, 0.0, 10.0, 50.0)
             + &track(2, 11..12, 3.0, 10.0, 50.0)
             + &track(3, 12..20, -2.0, 10.0, 51.0);
@@ -353,7 +353,7 @@ mod tests {
         for (text, words) in [
             (
                 track(1, 1..9, 0.0, 0.0, 5.0),
-                &["t.txt:1", "1 stands still", "'scale'"][..],
+                &["t.txt:1", "1 stands still", "'scale_m_per_px'"][..],
             ),
             (
                 track(1, 1..2, 0.0, 0.0, 5.0),

@@ -221,7 +221,7 @@ fn dropped_warnings(report: &ImportReport, items: usize, linked: bool) -> Vec<St
         .count();
     if lost > items {
         warnings.push(format!(
-            "{} do not ride on the belt, more than do: 'scale', 'fps', 'belt_speed', 'axis' or \
+            "{} do not ride on the belt, more than do: 'scale_m_per_px', 'fps', 'belt_speed', 'axis' or \
              'reverse' may be wrong",
             count(lost, "track")
         ));
@@ -230,7 +230,7 @@ fn dropped_warnings(report: &ImportReport, items: usize, linked: bool) -> Vec<St
     let short = short.filter(|d| d.reason.starts_with(FEWER)).count();
     if linked && short > items {
         warnings.push(format!(
-            "{} linked from the boxes are too short, more than there are items: 'scale', 'fps' \
+            "{} linked from the boxes are too short, more than there are items: 'scale_m_per_px', 'fps' \
              or 'belt_speed' may be wrong, or the detector has false positives",
             count(short, "track")
         ));
@@ -392,7 +392,7 @@ fn agreeing(speed: f64, options: &ImportOptions) -> String {
     // Enough digits that the suggested values also agree over a long pattern.
     let shown = |value: f64| rounded(value, 5);
     format!(
-        "'scale' {}, 'fps' {} or 'belt_speed' {} would agree with the tracks",
+        "'scale_m_per_px' {}, 'fps' {} or 'belt_speed' {} would agree with the tracks",
         shown(options.scale_m_per_px * ratio),
         nearest.map_or_else(|| shown(fps), f64::to_string),
         shown(speed)
@@ -428,7 +428,7 @@ fn is_turned(motion: &Motion) -> bool {
 fn turned(motion: &Motion, options: &ImportOptions) -> String {
     let given = match options.angle_deg {
         0.0 => String::new(),
-        angle => format!(", not at {} as given by 'angle'", rounded(angle, 9)),
+        angle => format!(", not at {} as given by 'angle_deg'", rounded(angle, 9)),
     };
     format!(
         "the belt travels {:.2} degrees off 'axis' in the image{given}, which puts items up to \
@@ -439,7 +439,10 @@ fn turned(motion: &Motion, options: &ImportOptions) -> String {
 }
 
 fn turning(motion: &Motion, options: &ImportOptions) -> String {
-    format!("give 'angle' {:.2}", options.angle_deg + motion.angle_deg)
+    format!(
+        "give 'angle_deg' {:.2}",
+        options.angle_deg + motion.angle_deg
+    )
 }
 
 fn bent(motion: &Motion) -> String {

@@ -102,10 +102,7 @@ pub(super) fn measure<'t>(
     let (angle, angle_error) = centre(&angles)?;
     let speeds = moving.iter().map(|(_, v)| v.along.hypot(v.across));
     let frame_speed = median_of(speeds)?;
-    let across = moving.iter().map(|(track, _)| track.across());
-    let (least, most) = across.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
-        (low.min(y), high.max(y))
-    });
+    let (least, most) = range_of(moving.iter().map(|(track, _)| track.across()));
     let travels = moving.iter().filter_map(|(track, _)| {
         let seen = &track.sightings;
         Some(seen.last()?.along - seen.first()?.along)
@@ -123,20 +120,10 @@ pub(super) fn measure<'t>(
             .map(|p| [scaled(p.slowest), scaled(p.fastest)])
     };
     let off = pieces_along.as_ref().map_or(0.0, |p| p.off_px);
-    let differs = pieces_across.as_ref().is_some_and(|p| p.off_px > 0.0);
-    let off_across = if differs {
-        // Slower rows lag behind in proportion to the distance travelled through the image.
-        pieces_across.as_ref().map_or(0.0, |p| {
-            travel / 2.0 * (p.fastest - p.slowest) / frame_speed / 2.0
-        })
-    } else {
-        0.0
-    };
-    let growths = moving.iter().filter_map(|(track, _)| {
-        slope(&track.sightings, &|s| s.along, &|s| {
-            s.size.map_or(f64::NAN, |size| size.0)
-        })
-    });
+    // Slower rows lag behind in proportion to the distance travelled through the image.
+    let lag = |p: &ImagePieces| travel / 2.0 * (p.fastest - p.slowest) / frame_speed / 2.0;
+    let differing = pieces_across.as_ref().filter(|p| p.off_px > 0.0);
+    let off_across = differing.map_or(0.0, lag);
     Some(Motion {
         tracks: moving.len(),
         angle_deg: angle.to_degrees(),
@@ -153,7 +140,23 @@ pub(super) fn measure<'t>(
         bent_off_m: metres * off.max(off_across).max(bend),
         speeds_over_time: pace.map(|pace| pace.range.map(scaled)),
         unsteady_off_m: pace.map_or(0.0, |pace| pace.off_px * metres),
-        growth: median_of(growths).unwrap_or_default().abs(),
+        growth: growth(&moving),
+    })
+}
+
+/// How much a box grows per travelled distance.
+fn growth(moving: &[(&Track, Velocity)]) -> f64 {
+    let size = |s: &BoxSighting| s.size.map_or(f64::NAN, |size| size.0);
+    let growths = moving
+        .iter()
+        .filter_map(|(track, _)| slope(&track.sightings, &|s| s.along, &size));
+    median_of(growths).unwrap_or_default().abs()
+}
+
+/// The range of `values`, which are finite.
+fn range_of(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+        (low.min(value), high.max(value))
     })
 }
 

@@ -152,7 +152,7 @@ impl ImportOptions {
                 "the camera's frames per second, for example 25",
             ),
             (
-                "'scale'",
+                "'scale_m_per_px'",
                 self.scale_m_per_px,
                 "scale",
                 "metres on the belt per pixel, for example 0.001",
@@ -164,13 +164,13 @@ impl ImportOptions {
                 "the belt's speed in m/s, for example 0.05",
             ),
             (
-                "'split_distance'",
+                "'split_distance_m'",
                 self.split_distance_m,
                 "distance",
                 "metres, for example 0.1",
             ),
             (
-                "'merge_distance'",
+                "'merge_distance_m'",
                 self.merge_distance_m,
                 "distance",
                 "metres, for example 0.02",
@@ -189,7 +189,7 @@ impl ImportOptions {
         }
         if !(-89.0..=89.0).contains(&self.angle_deg) {
             return Err(Error::usage(
-                "'angle'",
+                "'angle_deg'",
                 format!("{:?} is not a valid angle from 'axis'", self.angle_deg),
                 "give degrees from -89 to 89",
             ));
@@ -282,10 +282,10 @@ mod tests {
         for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e300, 1e-300] {
             let set: [(&str, Set); 5] = [
                 ("'fps'", |o, v| o.fps = v),
-                ("'scale'", |o, v| o.scale_m_per_px = v),
+                ("'scale_m_per_px'", |o, v| o.scale_m_per_px = v),
                 ("'belt_speed'", |o, v| o.belt_speed = v),
-                ("'split_distance'", |o, v| o.split_distance_m = v),
-                ("'merge_distance'", |o, v| o.merge_distance_m = v),
+                ("'split_distance_m'", |o, v| o.split_distance_m = v),
+                ("'merge_distance_m'", |o, v| o.merge_distance_m = v),
             ];
             for (flag, set) in set {
                 let mut options = good.clone();
@@ -322,7 +322,7 @@ mod tests {
                 .check()
                 .unwrap_err()
                 .to_string()
-                .starts_with("'angle'")
+                .starts_with("'angle_deg'")
         );
         let message = "z".parse::<ImageAxis>().unwrap_err().to_string();
         assert!(

@@ -304,7 +304,7 @@ mod tests {
     /// Steps become shorter by a factor of 0.6 after five without a better value, and the
     /// search ends when they are 1e-5 of the first: after 23 times five.
     #[test]
-    fn steps_that_better_nothing_become_short_and_end() {
+    fn steps_without_improvement_become_short_and_end() {
         let (dual, belt) = contest(5);
         let mut profile = BoundProfile::new(&dual);
         let mut ascent = Ascent::new(vec![dual.units as i64 / 2; 5], 0);

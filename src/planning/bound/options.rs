@@ -346,7 +346,7 @@ mod tests {
 
     /// A requested length is used if length and memory allow it.
     #[test]
-    fn slots_that_are_asked_for_are_taken_or_refused() {
+    fn given_slots_are_used_or_refused() {
         let (station, pattern) = line(10.0);
         let scene = Scene::new(&station, &pattern).unwrap();
         let asked = |scene: &Scene, length: f64| {

@@ -39,7 +39,7 @@ fn every_column_of_a_pattern_file() {
 }
 
 #[test]
-fn files_that_are_no_patterns() {
+fn files_that_are_not_patterns() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let Files { case: cases } = cases("pattern_files.toml");

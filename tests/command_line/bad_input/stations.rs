@@ -64,7 +64,7 @@ fn every_value_of_a_station_file() {
 }
 
 #[test]
-fn stations_that_do_not_hang_together() {
+fn inconsistent_stations() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let Files { case: cases } = cases("station_files.toml");

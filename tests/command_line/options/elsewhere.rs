@@ -25,12 +25,12 @@ const ELSEWHERE: &[Elsewhere] = &[
             "pattern import tracks",
         ],
         &["--force"],
-        "command_line/outputs.rs every_output_spares_what_is_not_its_own",
+        "command_line/outputs.rs no_output_replaces_files_of_others",
     ),
     (
         &LINES,
         &["--token"],
-        "live/peers/access.rs where_a_token_is_asked_for_nobody_is_heard_without_it",
+        "live/peers/access.rs with_a_token_nobody_is_accepted_without_it",
     ),
     #[cfg(feature = "tls")]
     (
@@ -96,7 +96,7 @@ const ELSEWHERE: &[Elsewhere] = &[
     (
         &LINES,
         &["--mqtt-client-id"],
-        "mqtt/outages.rs the_last_will_tells_that_the_node_has_died",
+        "mqtt/outages.rs the_last_will_reports_that_the_node_has_died",
     ),
     #[cfg(feature = "ros2")]
     (

@@ -71,7 +71,7 @@ fn a_robot_that_falls_silent_gets_no_task_until_it_is_heard() {
 
 /// What is not overdue with ticks of one size is not with ticks of another.
 #[test]
-fn with_message_time_silence_is_told_by_the_stamps() {
+fn with_message_time_silence_is_measured_by_the_stamps() {
     let play = |ticks: &[f64]| {
         let mut line = Line::silent(1.0);
         for i in 0..=60 {

@@ -85,7 +85,7 @@ fn peers_with_clocks_of_their_own_are_mapped_and_keep_their_time() {
 
 /// Behind by 3 s or slow by 3 s: nobody can tell, so it is not passed over in silence.
 #[test]
-fn a_source_that_is_always_late_is_told_of() {
+fn a_source_that_is_always_late_is_reported() {
     let mut world = World::new(Config::default());
     world.camera = Whose::Own(-3.0);
     world.play(12.0, &[]);
@@ -287,7 +287,7 @@ fn an_open_task_is_sent_again_when_the_clock_of_its_robot_is_set() {
 
 /// A refused stamp is told with the time that the machine's clock shows, however it was set.
 #[test]
-fn a_refused_stamp_is_told_with_the_time_by_the_machines_clock() {
+fn a_refused_stamp_is_reported_with_the_machines_time() {
     for ahead in [0.0, 100.0, -3600.0] {
         let mut line =
             Three::of(Controller::new(station(), strategy(), Config::default()).unwrap());

@@ -79,7 +79,7 @@ fn an_id_far_from_its_item_is_another_items() {
 
 /// After an id switch the same object is the same item: nobody is sent to it twice.
 #[test]
-fn an_id_switch_makes_no_second_item() {
+fn an_id_switch_does_not_duplicate_an_item() {
     let mut line = Line::new();
     line.see(0.0, "a", 1.6, 0.0);
     let task = line.task(0.0);
@@ -104,7 +104,7 @@ fn an_id_switch_makes_no_second_item() {
 
 /// Every field of a newer detection counts; what it does not say stays.
 #[test]
-fn newer_news_reach_decisions() {
+fn newer_messages_reach_decisions() {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
     let strategy = read_alone("PP,PP", 2).unwrap().make();
     let config = Config::default().with_clock(ClockKind::Messages);

@@ -59,7 +59,7 @@ fn neighbours_stay_two_when_each_is_a_picture_of_its_own() {
 
 /// Two boxes around one item are one item, whatever their ids.
 #[test]
-fn a_doubled_box_is_no_second_item() {
+fn a_duplicate_box_does_not_duplicate_an_item() {
     let doubles: [[Option<&str>; 2]; 4] = [
         [Some("1"), Some("2")],
         [Some("1"), None],

@@ -66,7 +66,7 @@ fn a_web_page_commands_nothing() {
 }
 
 #[test]
-fn where_a_token_is_asked_for_nobody_is_heard_without_it() {
+fn with_a_token_nobody_is_accepted_without_it() {
     let folder = tempfile::tempdir().unwrap();
     let token = secret(folder.path());
     let (node, address) = node(&format!("--status-every 0.1 --token {token}"));
@@ -312,7 +312,7 @@ fn certificates_of_both_sides_are_asked_for() {
 /// A node that was started again knows who was idle, but who has not shown the token brings
 /// nothing to any robot: no task is decided before the robot itself is back.
 #[test]
-fn where_a_token_is_asked_for_a_stranger_carries_no_robot() {
+fn with_a_token_unknown_peers_speak_for_no_robot() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = format!(
         "--status-every 0.1 --token {} --journal {}",

@@ -66,7 +66,7 @@ fn a_camera_that_has_said_hello_need_not_read() {
 
 /// A port scanner's connections once kept the claim of a robot that had died open for ever.
 #[test]
-fn who_only_connects_renews_no_deadline() {
+fn a_peer_that_only_connects_extends_no_deadline() {
     let (_node, address) = node("--status-every 0.1 --result-timeout 2");
     let robot = Peer::new(&address);
     robot.stop_belt();
@@ -86,7 +86,7 @@ fn who_only_connects_renews_no_deadline() {
 /// Hundreds of connections once used up the descriptors, and the journal's replacement ended
 /// the run.
 #[test]
-fn crowds_of_strangers_harm_neither_robots_nor_the_journal() {
+fn many_unknown_peers_harm_neither_robots_nor_the_journal() {
     let folder = tempfile::tempdir().unwrap();
     let journal = folder.path().join("j");
     let mut command = Command::new("sh");

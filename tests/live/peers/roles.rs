@@ -7,7 +7,7 @@ use std::io::{Read as _, Write as _};
 use std::net::{Shutdown, TcpStream};
 
 #[test]
-fn who_comes_is_told_of_tasks_as_they_stand_and_again_once_it_speaks_for_the_robot() {
+fn a_new_peer_receives_open_tasks_and_again_once_it_speaks_for_the_robot() {
     let (_node, address) = node("--status-every 0.1 --ack-timeout 100");
     let robot = Peer::new(&address);
     robot.stop_belt();
@@ -33,7 +33,7 @@ fn who_comes_is_told_of_tasks_as_they_stand_and_again_once_it_speaks_for_the_rob
 }
 
 #[test]
-fn each_role_hears_and_says_what_it_is_there_for() {
+fn each_role_receives_and_sends_its_own_messages() {
     let (node, address) = node("--status-every 0.1");
     let camera = Peer::greeting(&address, "camera", &[]);
     let first = Peer::greeting(&address, "robot", &["r1"]);
@@ -96,7 +96,7 @@ fn each_role_hears_and_says_what_it_is_there_for() {
 }
 
 #[test]
-fn a_hello_that_cannot_be_is_refused_with_the_reason() {
+fn an_invalid_hello_is_refused_with_the_reason() {
     let (_node, address) = node("--status-every 0.1");
     for (hello, word) in [
         (
@@ -190,7 +190,7 @@ fn a_robot_has_one_peer_at_a_time() {
 }
 
 #[test]
-fn a_hello_in_csv_that_cannot_be_is_answered_and_ends_the_connection() {
+fn an_invalid_hello_in_csv_is_answered_and_ends_the_connection() {
     let (_node, address) = node("--dialect csv --status-every 0.1");
     let mut stream = TcpStream::connect(&address).unwrap();
     let body = "H,0,x,Q,";

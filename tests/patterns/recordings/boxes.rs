@@ -13,7 +13,7 @@ fn corners_taken_for_sizes_are_noticed() {
     .shoot();
     let message = read(&text, &options()).unwrap_err();
     assert!(message.contains("'boxes' corners"), "{message}");
-    assert!(!message.contains("'scale'"), "{message}");
+    assert!(!message.contains("'scale_m_per_px'"), "{message}");
     let mut corners = options();
     corners.boxes = Some(Boxes::Corners);
     let found = read(&text, &corners).unwrap();

@@ -6,7 +6,7 @@ use pickline::pattern::tracking::{ImageAxis, ImportOptions};
 use std::fmt::Write as _;
 
 #[test]
-fn a_square_camera_gives_the_truth_without_a_word() {
+fn an_aligned_camera_gives_true_values_without_warnings() {
     let (text, truth) = STRAIGHT.shoot();
     let found = read(&text, &options()).unwrap();
     assert!(apart(&found.pattern, &truth) < 0.002, "{:?}", found.report);
@@ -30,7 +30,7 @@ fn a_turned_camera_is_noticed_measured_and_put_right() {
         let (text, truth) = film.shoot();
         let message = read(&text, &options()).unwrap_err();
         assert!(message.contains("degrees off 'axis'"), "{message}");
-        let said = message.split("'angle' ").nth(1).unwrap();
+        let said = message.split("'angle_deg' ").nth(1).unwrap();
         let said: f64 = said.split([';', ' ']).next().unwrap().parse().unwrap();
         assert!((said - angle).abs() < 0.1, "{message}");
         let mut turned = options();
@@ -50,13 +50,13 @@ fn a_turned_camera_is_noticed_measured_and_put_right() {
         turned.angle_deg = -said;
         let message = read(&text, &turned).unwrap_err();
         assert!(
-            message.contains(&format!("give 'angle' {said}")),
+            message.contains(&format!("give 'angle_deg' {said}")),
             "{message}"
         );
         let mut accepted = options();
         accepted.accept_mismatch = true;
         let found = read(&text, &accepted).unwrap();
-        assert!(warned(&found, "'angle'"), "{:?}", found.report.warnings);
+        assert!(warned(&found, "'angle_deg'"), "{:?}", found.report.warnings);
         assert!(apart(&found.pattern, &truth) > 0.02);
     }
     let (text, _) = Film {
@@ -65,7 +65,11 @@ fn a_turned_camera_is_noticed_measured_and_put_right() {
     }
     .shoot();
     let found = read(&text, &options()).unwrap();
-    assert!(warned(&found, "'angle' 0.6"), "{:?}", found.report.warnings);
+    assert!(
+        warned(&found, "'angle_deg' 0.6"),
+        "{:?}",
+        found.report.warnings
+    );
 }
 
 #[test]
@@ -74,7 +78,7 @@ fn a_turned_camera_is_not_taken_for_a_wrong_scale() {
         let (text, _) = Film { angle, ..STRAIGHT }.shoot();
         let message = read(&text, &options()).unwrap_err();
         assert!(
-            message.contains("give 'angle' ") && !message.contains("'scale'"),
+            message.contains("give 'angle_deg' ") && !message.contains("'scale_m_per_px'"),
             "{message}"
         );
     }
@@ -90,7 +94,7 @@ fn a_wrong_frame_rate_scale_or_speed_is_refused_with_what_would_agree() {
         "0.3000 m/s",
         "given belt speed is 0.25",
         "'fps' 25 ",
-        "'scale' 0.00166",
+        "'scale_m_per_px' 0.00166",
         "'belt_speed' 0.3",
     ] {
         assert!(message.contains(words), "{words} not in {message}");
@@ -103,7 +107,7 @@ fn a_wrong_frame_rate_scale_or_speed_is_refused_with_what_would_agree() {
     let mut coarse = options();
     coarse.scale_m_per_px = 0.0026;
     let message = read(&text, &coarse).unwrap_err();
-    assert!(message.contains("'scale' 0.002"), "{message}");
+    assert!(message.contains("'scale_m_per_px' 0.002"), "{message}");
     assert!(
         message.contains("60 of 60 items are more than 25 % off"),
         "{message}"
@@ -138,7 +142,7 @@ fn a_wrong_frame_rate_scale_or_speed_is_refused_with_what_would_agree() {
 }
 
 #[test]
-fn lenses_that_bend_and_cameras_that_tilt_are_noticed() {
+fn lens_distortion_and_tilted_cameras_are_detected() {
     for (film, cause) in [
         (
             Film {
@@ -272,7 +276,7 @@ fn a_belt_that_changes_its_speed_is_named_and_refused() {
 /// Dirt and parts of the machine stand from their first frame to their last, also while no item
 /// passes: from frame 960 on the belt is empty.
 #[test]
-fn what_never_moves_says_nothing_of_the_belts_speed() {
+fn tracks_that_never_move_do_not_count_for_the_belts_speed() {
     let options = ImportOptions::new(20.0, 0.001, ImageAxis::X, 0.2);
     for first in [1, 960] {
         let mut text = moving_film(80, |t| 0.2 * t);
@@ -309,8 +313,8 @@ fn angles_are_those_in_the_picture() {
     let message = read(&text, &turned).unwrap_err();
     for words in [
         "travels 2.0",
-        "not at -2 as given by 'angle'",
-        "give 'angle' 2.0",
+        "not at -2 as given by 'angle_deg'",
+        "give 'angle_deg' 2.0",
     ] {
         assert!(message.contains(words), "{words} not in {message}");
     }

@@ -100,7 +100,7 @@ fn boxes_without_tracks_are_linked_by_the_belts_motion() {
 }
 
 #[test]
-fn json_of_other_habits_is_read() {
+fn json_in_other_forms_is_read() {
     let tracked = load("supervision.csv", &options()).unwrap();
     let sink: Vec<serde_json::Value> = rows()
         .into_iter()
@@ -199,7 +199,7 @@ fn labels_are_known_by_the_number_that_differs_and_confidences_of_1_are_no_ids()
 }
 
 #[test]
-fn what_has_no_certain_meaning_is_refused_by_its_name() {
+fn ambiguous_columns_are_refused_by_name() {
     let mut sized = options();
     sized.image_size = Some((1280.0, 400.0));
     for (name, words) in [

@@ -65,7 +65,7 @@ fn column_8_is_a_class_by_the_form_that_most_lines_have() {
 }
 
 #[test]
-fn mot_files_of_other_habits_are_read_or_refused_by_what_they_are() {
+fn mot_files_in_other_forms_are_read_or_refused_with_the_reason() {
     let nothing = |_: usize, _: u32| ",-1,-1,-1".to_owned();
     let plain = read(&mot(false, sizes, nothing), &options())
         .unwrap()

@@ -18,7 +18,7 @@ const SHOT: [&str; 8] = [
 ];
 
 #[test]
-fn strict_and_quiet_do_not_pass_over_a_pattern_that_is_off() {
+fn strict_and_quiet_apply_to_implausible_patterns() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).display().to_string();
     let (text, _) = Film {

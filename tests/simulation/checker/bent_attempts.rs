@@ -10,7 +10,7 @@ use pickline::station::{Belt, Robot};
 
 /// Where an attempt leads, and whether its times fit.
 #[test]
-fn ways_that_are_not_gone_are_refuted() {
+fn missing_movements_are_refuted() {
     let bends: [Bent; 14] = [
         (
             "a robot that is not there",

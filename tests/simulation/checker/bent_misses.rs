@@ -12,7 +12,7 @@ const fn miss(item: u32, reason: MissReason) -> Miss {
 }
 
 #[test]
-fn lists_of_other_items_are_refuted() {
+fn lists_of_different_items_are_refuted() {
     let words = "the missed items do not match: 2 items were not picked, 2 are listed as missed";
     let bends: [Bent; 6] = [
         (

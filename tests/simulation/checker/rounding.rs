@@ -183,7 +183,7 @@ fn places_at_the_very_limit_are_confirmed() {
 }
 
 #[test]
-fn the_least_reach_and_belt_are_confirmed() {
+fn the_smallest_reach_and_belt_are_confirmed() {
     let robot = Robot {
         base: Point2::new(1.5, -0.2),
         ..front()

@@ -14,7 +14,7 @@ fn in_vain(bench: &Bench) -> pickline::decision::Failure {
 }
 
 #[test]
-fn vain_ways_are_held_to_their_times() {
+fn failed_movements_are_checked_against_their_times() {
     let bench = Bench::new();
     let mut draft = bench.run();
     draft.failures[2] = in_vain(&bench);
@@ -97,7 +97,7 @@ impl Way {
 /// The item lies 0.4 m from the base across, so the reach of 0.9 m ends 0.80623 m along the
 /// belt from the base.
 #[test]
-fn a_way_is_in_vain_where_the_item_could_not_be_met() {
+fn a_failed_movement_needs_an_item_that_could_not_be_met() {
     let half = (0.9f64 * 0.9 - 0.4 * 0.4).sqrt();
     let near = 1e-6;
     let mut ways = vec![

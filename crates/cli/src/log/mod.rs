@@ -221,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn who_does_not_read_holds_nobody_up_and_is_told_what_is_missing() {
+    fn a_peer_that_does_not_read_delays_nobody_and_learns_what_it_missed() {
         let gate = Gate::default();
         let log = log(&gate);
         let began = Instant::now();

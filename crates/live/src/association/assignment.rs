@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn a_crowd_is_assigned_at_once() {
+    fn many_items_are_assigned_at_once() {
         // 400 detections, each next to its own item and near others.
         let pairs = (0..400).flat_map(|d| {
             let near = d.max(3) - 3..(d + 4).min(400);

@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_is_in_the_gate_is_within_reach() {
+    fn everything_in_the_gate_is_within_reach() {
         let gate = AssociationGate::new(0.02);
         for seen in [None, Some([4e-4, 1e-4, 1e-3]), Some([1.0, 0.9, 1.0])] {
             for known in [None, Some([9e-4, 0.0, 1e-5])] {

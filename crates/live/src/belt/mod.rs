@@ -402,7 +402,7 @@ mod tests {
     /// While messages come one of them is noise, and after a second without any the last one is
     /// all that is known.
     #[test]
-    fn after_a_silence_plans_go_by_the_last_word() {
+    fn after_a_silence_plans_use_the_last_message() {
         let mut motion = BeltMotion::new(0.3);
         for i in 1..=200 {
             let speed = if i % 2 == 0 { 0.303 } else { 0.297 };

@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn after_a_silence_the_last_word_holds() {
+    fn after_a_silence_the_last_message_holds() {
         let mut speed = SpeedMean::new(0.3, 0.003);
         let mut noise = noise();
         for _ in 0..100 {

@@ -141,7 +141,7 @@ impl Controller {
         }
     }
 
-    /// Gives a rest to a robot that keeps dropping tasks unasked.
+    /// Pauses a robot that keeps dropping tasks unasked.
     fn note_dropping(&mut self, robot: usize, drops: bool) {
         let now = self.stamps.now();
         let info = self.fleet.get_mut(robot);

@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn a_crowd_is_shown_in_part_and_its_claims_whole() {
+    fn many_items_are_shown_in_part_with_all_claims() {
         let mut line = line();
         say(
             &mut line,

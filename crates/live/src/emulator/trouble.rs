@@ -99,7 +99,7 @@ impl InjectedFaults {
     /// An invalid share or time, or a robot that the line does not have.
     pub fn check(&self, robots: usize) -> Result<()> {
         for (setting, share) in [
-            ("'failing_grasps'", self.grasp_failures),
+            ("'grasp_failures'", self.grasp_failures),
             ("'lost_acks'", self.lost_acks),
             ("'duplicates'", self.duplicates),
             ("'out_of_order'", self.out_of_order),
@@ -118,7 +118,7 @@ impl InjectedFaults {
             .map_or((0.0, 0.0), |(_, at, time)| (at, time));
         let (stop_at, stop) = self.belt_stop.unwrap_or_default();
         for (setting, time, most) in [
-            ("'jitter_ms'", self.jitter, 10.0),
+            ("'jitter'", self.jitter, 10.0),
             ("'robot_down'", down_at, 1e6),
             ("'robot_down'", down, 1e6),
             ("'belt_stop'", stop_at, 1e6),

@@ -32,7 +32,7 @@ pub(super) struct KeptFiles {
 }
 
 /// A recording, which must not stop the line: if writing fails, the recording ends. The error
-/// is remarked at once and returned at the end.
+/// is reported at once and returned at the end.
 #[cfg(feature = "mcap")]
 #[derive(Default)]
 struct RunRecording {

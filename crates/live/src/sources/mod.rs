@@ -330,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn who_repeats_itself_is_overdue_after_ten_periods() {
+    fn a_periodic_source_is_overdue_after_ten_periods() {
         let mut sources = Sources::new(Timeouts::default(), true);
         let belt = key(SourceKind::Belt);
         for i in 0..100 {
@@ -350,7 +350,7 @@ mod tests {
     }
 
     #[test]
-    fn who_speaks_of_changes_only_may_be_silent() {
+    fn a_source_that_reports_changes_only_may_be_silent() {
         let mut sources = Sources::new(Timeouts::default(), true);
         for i in 0..100 {
             sources.hear(
@@ -375,7 +375,7 @@ mod tests {
     }
 
     #[test]
-    fn names_from_outside_fill_no_memory() {
+    fn names_from_peers_do_not_fill_memory() {
         let mut sources = Sources::new(Timeouts::default(), true);
         for i in 0..1000 {
             let key = (SourceKind::Camera, format!("c{i}"));

@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn as_long_as_stamps_can_be_they_are_believed_as_they_are() {
+    fn possible_stamps_are_used_unchanged() {
         let world = SimulatedClocks::new();
         assert_eq!(world.offset.shift(), 0.0);
         let delay = world.offset.delay().unwrap();

@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn strangers_are_known_by_how_they_begin() {
+    fn unknown_peers_are_recognised_by_their_first_line() {
         let csv = Dialect::Csv(None);
         for bytes in [&b"K,0,1"[..], b"K", b"\r\n", b" {", b""] {
             assert!(csv.may_begin(bytes));

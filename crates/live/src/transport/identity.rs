@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn who_says_no_hello_speaks_for_what_it_has_spoken_for_until_somebody_says_hello_for_it() {
+    fn a_peer_without_hello_keeps_its_robots_until_another_says_hello_for_them() {
         let ack = said(r#"{"kind":"ack","stamp":1,"task":1}"#);
         let mut peer = Identity::default();
         assert!(!peer.speaks_for(0) && peer.carries(0, false));

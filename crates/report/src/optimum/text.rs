@@ -127,7 +127,7 @@ impl OptimumReport {
     fn search_line(&self) -> String {
         let cut_short = [
             (StopReason::Interrupted, "interrupted"),
-            (StopReason::TimeLimit, "ended by 'time_limit'"),
+            (StopReason::TimeLimit, "ended by 'until'"),
             (StopReason::Budget, "cut short by its budget of runs"),
         ];
         let cut_short = cut_short
@@ -160,7 +160,7 @@ impl OptimumReport {
             format!("; GRASP (alpha {}): {starts}{gap}", grasp.alpha)
         });
         let most = match self.max_runs {
-            Some(most) => format!(" of at most {most} ('max_runs')"),
+            Some(most) => format!(" of at most {most} ('runs')"),
             None => String::new(),
         };
         format!("search    {how}{grasp}; {} runs{most}\n", self.runs)

@@ -1,15 +1,15 @@
 //! A list of all strategies: how each is written and created.
 
-use crate::decision::Strategy;
-use crate::dispatch::{Rule, RuleAssignment, RuleStrategy};
+use super::blueprint::Blueprint;
+use super::spec::{
+    LOOKAHEAD, Maker, RULES, StrategySpec, default_assignment, lookahead_maker, rule_maker,
+};
+use crate::dispatch::Rule;
 use crate::error::{Error, Result, known_names, shown};
-use crate::planning::{Allowance, KEYS, Lookahead, WrittenOptions};
-use crate::policy::Trained;
+use crate::planning::{KEYS, WrittenOptions};
 #[cfg(feature = "onnx")]
-use crate::policy::{Policy, PolicyStrategy};
-use std::fmt;
+use crate::policy::{Policy, PolicyStrategy, Trained};
 use std::path::Path;
-use std::sync::Arc;
 
 /// One kind of strategy.
 pub struct StrategyKind {
@@ -28,50 +28,28 @@ pub struct StrategyKind {
     read: fn(Option<&str>) -> Result<ReadStrategy>,
 }
 
-/// Creates a strategy for a line after its text was read.
-type Maker = Box<dyn Fn(&Setup) -> Result<Blueprint> + Send + Sync>;
-
 /// A strategy that was read, and a remark about how.
 type ReadStrategy = (Maker, Option<String>);
 
 /// Every kind of strategy.
 pub static STRATEGIES: &[StrategyKind] = &[
     StrategyKind {
-        name: "rules",
+        name: RULES,
         form: "rules:R1,R2,...",
         summary: "one dispatching rule for each robot, upstream first",
         options: &[],
         budgeted: false,
-        read: |text| {
-            let rules: RuleAssignment = text.unwrap_or_default().parse()?;
-            let make: Maker = Box::new(move |setup| {
-                let strategy = RuleStrategy(rules.clone().for_robots(setup.robots)?);
-                Ok(Blueprint::new(strategy.name(), move || {
-                    Box::new(strategy.clone())
-                }))
-            });
-            Ok((make, None))
-        },
+        read: |text| Ok((rule_maker(text.unwrap_or_default().parse()?), None)),
     },
     StrategyKind {
-        name: "lookahead",
+        name: LOOKAHEAD,
         form: "lookahead[:KEY=VALUE,...]",
         summary: "plans ahead for all robots over the items in view, at every decision",
         options: &KEYS,
         budgeted: true,
         read: |text| {
             let written = WrittenOptions::read(text.unwrap_or_default())?;
-            let make: Maker = Box::new(move |setup| {
-                let mut options = written.on(setup.robots, setup.allowance)?;
-                let name = options.written();
-                if options.bases.is_empty() {
-                    options.bases = (setup.bases)()?;
-                }
-                Ok(Blueprint::new(name, move || {
-                    Box::new(Lookahead::new(options.clone()))
-                }))
-            });
-            Ok((make, None))
+            Ok((lookahead_maker(written), None))
         },
     },
     StrategyKind {
@@ -136,13 +114,10 @@ fn read_policy(file: Option<&str>) -> Result<(Blueprint, Option<String>)> {
     };
     let (written, remark) = (name.clone(), policy.remark().map(str::to_owned));
     let trained = Trained::read(policy.metadata());
-    let blueprint = Blueprint {
-        trained: trained.map(Arc::new),
-        ..Blueprint::new(name, move || {
-            Box::new(PolicyStrategy::new(written.clone(), &policy))
-        })
-    };
-    Ok((blueprint, remark))
+    let blueprint = Blueprint::new(name, move || {
+        Box::new(PolicyStrategy::new(written.clone(), &policy))
+    });
+    Ok((blueprint.trained_on(trained), remark))
 }
 
 #[cfg(not(feature = "onnx"))]
@@ -154,120 +129,13 @@ fn read_policy(_: Option<&str>) -> Result<(Blueprint, Option<String>)> {
     ))
 }
 
-/// The line for which a strategy is created.
-pub(crate) struct Setup<'a> {
-    /// Number of robots.
-    pub robots: usize,
-    /// Finds assignments that perform well on the line, best first. Only strategies that need
-    /// them call it, because it may run a search.
-    pub bases: &'a dyn Fn() -> Result<Vec<RuleAssignment>>,
-    /// Budget of a decision of a strategy that plans, unless its options set one.
-    pub allowance: Allowance,
-}
-
-/// A strategy read once and created again for every run: runs share nothing, so they can run in
-/// any order and in parallel.
-#[derive(Clone)]
-pub struct Blueprint {
-    name: String,
-    make: Arc<dyn Fn() -> Box<dyn Strategy> + Send + Sync>,
-    trained: Option<Arc<Trained>>,
-}
-
-impl Blueprint {
-    fn new(name: String, make: impl Fn() -> Box<dyn Strategy> + Send + Sync + 'static) -> Self {
-        Self {
-            name,
-            make: Arc::new(make),
-            trained: None,
-        }
-    }
-
-    /// How the strategy is written, as [`parse`] reads it.
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
-    /// What it was trained on, if it is a policy with this information.
-    pub(crate) fn trained(&self) -> Option<&Trained> {
-        self.trained.as_deref()
-    }
-
-    /// The strategy at the start of a run.
-    pub fn make(&self) -> Box<dyn Strategy> {
-        (self.make)()
-    }
-}
-
-impl fmt::Debug for Blueprint {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.debug_tuple("Blueprint").field(&self.name).finish()
-    }
-}
-
-/// The part of a strategy that does not depend on the line: its parsed text, and its file,
-/// which is not read again.
-pub struct Parsed {
-    text: String,
-    kind: &'static StrategyKind,
-    make: Maker,
-    remark: Option<String>,
-}
-
-impl fmt::Debug for Parsed {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.debug_tuple("Parsed").field(&self.text).finish()
-    }
-}
-
-impl Parsed {
-    /// The text from which it was read.
-    pub fn text(&self) -> &str {
-        &self.text
-    }
-
-    /// A remark about how it was read, if there is one.
-    pub fn remark(&self) -> Option<&str> {
-        self.remark.as_deref()
-    }
-
-    /// The strategy for a line.
-    ///
-    /// # Errors
-    /// Rules for another number of robots, or a budget that the strategy has not or already has.
-    pub(crate) fn on(&self, setup: &Setup) -> Result<Blueprint> {
-        if setup.allowance.asked.is_some() && !self.kind.budgeted {
-            return Err(Error::usage(
-                "'budget_ms'",
-                format!("does not apply to {}, which does not plan", self.kind.name),
-                "remove it, or choose a strategy that plans, such as lookahead",
-            ));
-        }
-        (self.make)(setup)
-    }
-
-    /// The strategy for a line of `robots` robots about which nothing else is known. Strategies
-    /// that need a base get the paper's robust assignment.
-    ///
-    /// # Errors
-    /// Options that the strategy rejects, or rules for another number of robots.
-    pub fn alone(&self, robots: usize) -> Result<Blueprint> {
-        let bases = || Ok(vec![default_assignment(robots)]);
-        self.on(&Setup {
-            robots,
-            bases: &bases,
-            allowance: Allowance::default(),
-        })
-    }
-}
-
 /// The strategy that `text` names. Rules need no prefix: `SPT,FIFO` and `[SPT; FIFO]` mean
 /// `rules:SPT,FIFO`.
 ///
 /// # Errors
 /// An unknown name (the message suggests the nearest known one), an unknown option or one with an
 /// invalid value, or a file that is not a policy.
-pub fn parse(text: &str) -> Result<Parsed> {
+pub fn parse(text: &str) -> Result<StrategySpec> {
     let (name, rest) = match text.split_once(':') {
         Some((name, rest)) => (name, Some(rest)),
         None if STRATEGIES.iter().any(|kind| kind.name == text) => (text, None),
@@ -278,16 +146,14 @@ pub fn parse(text: &str) -> Result<Parsed> {
         {
             (text, None)
         }
-        None => ("rules", Some(text)),
+        None => (RULES, Some(text)),
     };
     if let Some(kind) = STRATEGIES.iter().find(|kind| kind.name == name) {
-        let (make, remark) = (kind.read)(rest)?;
-        return Ok(Parsed {
-            text: text.to_owned(),
-            kind,
-            make,
-            remark,
-        });
+        return Ok(StrategySpec::read(
+            text,
+            (kind.name, kind.budgeted),
+            (kind.read)(rest)?,
+        ));
     }
     if name == BOUND {
         return Err(Error::usage(
@@ -305,10 +171,10 @@ pub fn parse(text: &str) -> Result<Parsed> {
     ))
 }
 
-/// The strategy that `text` names, for a line of `robots` robots as in [`Parsed::alone`].
+/// The strategy that `text` names, for a line of `robots` robots as in [`StrategySpec::alone`].
 ///
 /// # Errors
-/// As for [`parse`] and [`Parsed::alone`].
+/// As for [`parse`] and [`StrategySpec::alone`].
 pub fn read_alone(text: &str, robots: usize) -> Result<Blueprint> {
     parse(text)?.alone(robots)
 }
@@ -331,16 +197,6 @@ pub fn help() -> String {
     help
 }
 
-/// The paper's robust assignment for a line of `robots` robots: SPT for all but the
-/// last, FIFO for the last (Jermann et al., Table 1).
-pub fn default_assignment(robots: usize) -> RuleAssignment {
-    let mut rules = vec![Rule::SPT; robots];
-    if let Some(last) = rules.last_mut() {
-        *last = Rule::FIFO;
-    }
-    RuleAssignment::new(rules)
-}
-
 /// [`default_assignment`] as the name of a strategy.
 pub fn default_strategy(robots: usize) -> String {
     format!("rules:{}", default_assignment(robots).names().join(","))
@@ -348,7 +204,9 @@ pub fn default_strategy(robots: usize) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::blueprint::Setup;
     use super::*;
+    use crate::planning::Allowance;
 
     #[test]
     fn strategies_are_read_by_name() {
@@ -396,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn the_bound_is_said_to_be_no_strategy() {
+    fn the_bound_is_rejected_as_a_strategy() {
         let message = read_alone("bound", 2).unwrap_err().to_string();
         for word in [
             "'strategy'",

@@ -7,7 +7,7 @@ use pickline::sim::Conditions;
 use pickline::station::{Robot, Station};
 
 /// A decision: robot, item, when, whether it came to a pick.
-pub type Told = (usize, usize, f64, bool);
+pub type Recorded = (usize, usize, f64, bool);
 
 /// Who decides: a rule for each robot, or a list of numbers that says when to wait.
 pub enum Decider<'a> {
@@ -25,12 +25,12 @@ pub fn by_whim(choices: &[usize], count: usize, time: f64, candidates: usize) ->
 }
 
 /// The model page written down as directly as possible; only the draws are the engine's.
-pub fn by_the_book(
+pub fn transcribed(
     station: &Station,
     items: &[Item],
     decider: Decider,
     conditions: &Conditions,
-) -> (Vec<Told>, Vec<Miss>) {
+) -> (Vec<Recorded>, Vec<Miss>) {
     let belt = station.belt();
     let (v, hz, wrong) = (belt.speed, conditions.update_hz, &conditions.disturbances);
     let reported: Vec<(f64, f64)> = items
