@@ -134,34 +134,15 @@ pub fn sweep_settings(
             Err(error) if error.is_interrupted() && !values.is_empty() => break,
             by_pattern => by_pattern?,
         };
-<<<<<<< HEAD
-        let most: Option<f64> = by_pattern
-            .iter()
-            .map(|runs| runs.bound.as_ref().map(|bound| bound.value))
-            .sum();
-        let point = |(i, method): (usize, &Method)| {
-            let runs: Vec<&MethodRun> = by_pattern.iter().map(|runs| &runs.runs[i]).collect();
-            summarise(method, &runs, most)
-        };
-        let of_method = |i: usize| {
-            by_pattern
-                .iter()
-                .map(move |runs| runs.runs[i].steady.clone())
-        };
-        steadiness.extend((0..setting.methods.len()).map(|i| of_method(i).collect()));
-        values.push(SweepValue {
-            value: setting.value,
-            methods: setting.methods.iter().enumerate().map(point).collect(),
-            bound: summarise_bounds(&by_pattern),
-            arms_meet: clearance::apart(&setting.station).is_doubtful(),
-        });
-=======
-        bounds.extend(summarise_bounds(&by_pattern));
-        points.push(summarise_methods(&setting.methods, &by_pattern));
         let of_method = |i: usize| by_pattern.iter().map(move |runs| &runs.runs[i].steady);
         let methods = 0..setting.methods.len();
         steadiness.extend(methods.map(|i| of_method(i).cloned().collect()));
->>>>>>> m14c
+        values.push(SweepValue {
+            value: setting.value,
+            methods: summarise_methods(&setting.methods, &by_pattern),
+            bound: summarise_bounds(&by_pattern),
+            arms_meet: clearance::apart(&setting.station).is_doubtful(),
+        });
         environment.progress.advance(1);
     }
     environment.progress.end();
@@ -191,7 +172,7 @@ fn summarise_methods(methods: &[Method], by_pattern: &[Runs]) -> Vec<SweepPoint>
     let most: Option<f64> = bounds.map(|bound| bound.map(|bound| bound.value)).sum();
     let point = |(i, method): (usize, &Method)| {
         let runs: Vec<&MethodRun> = by_pattern.iter().map(|runs| &runs.runs[i]).collect();
-        summarise(method.title(), &runs, most)
+        summarise(method, &runs, most)
     };
     methods.iter().enumerate().map(point).collect()
 }

@@ -387,13 +387,8 @@ fn no_item_is_forgotten_before_the_belt_is_heard() {
 /// Without an encoder what was known goes on at once: windows are open, what nobody has
 /// acknowledged is sent as things are now, and a cancel is repeated later.
 #[test]
-<<<<<<< HEAD
-fn what_was_open_goes_on_at_once() {
-    let controller = Controller::new(station(), strategy(), config()).unwrap();
-=======
 fn open_tasks_continue_at_once() {
-    let controller = Controller::new(station(), strategy(), config());
->>>>>>> m14c
+    let controller = Controller::new(station(), strategy(), config()).unwrap();
     let mut line = Three::of(controller);
     for robot in ["delta-1", "scara-2"] {
         line.robot(100.0, robot, "idle");
