@@ -1,7 +1,6 @@
 //! What is wrong with one attempt: the move, the meeting point, and the bin.
 
-use super::physics::{bin_of, left_reason, move_time};
-use super::{Checked, slack_of};
+use super::physics::{CheckedLine, bin_of, left_reason, move_time, slack_of};
 use crate::decision::Pick;
 use crate::pattern::Item;
 use crate::station::{Bin, Robot};
@@ -9,7 +8,7 @@ use nalgebra::Point2;
 
 /// One attempt, by a robot and at an item that exist.
 pub(super) struct Attempt<'a> {
-    pub checked: &'a Checked<'a>,
+    pub checked: &'a CheckedLine<'a>,
     pub robot: &'a Robot,
     pub item: &'a Item,
     pub pick: &'a Pick,

@@ -8,7 +8,7 @@ mod attempt;
 mod physics;
 
 use attempt::Attempt;
-use physics::{bin_of, can_be_met, left_reason, weight_of};
+use physics::{CheckedLine, bin_of, can_be_met, left_reason, slack_of, weight_of};
 
 use crate::decision::{Failure, FailureCause, MissReason, Outcome, Pick, RobotFigures};
 use crate::error::{Error, Result, counted};
@@ -53,14 +53,6 @@ impl From<Violation> for Error {
     }
 }
 
-/// What attempts are checked against.
-struct Checked<'a> {
-    station: &'a Station,
-    pattern: &'a Pattern,
-    /// See [`TOLERANCE`].
-    tolerance: f64,
-}
-
 /// Who holds or held a claim on an item, and when the claim ends [s]; never for a picked item.
 type Claim = Option<(usize, f64)>;
 
@@ -74,13 +66,13 @@ type Claim = Option<(usize, f64)>;
 /// # Errors
 /// [`Refuted`](crate::error::ErrorKind) with the first violation.
 pub fn check(station: &Station, pattern: &Pattern, outcome: &Outcome) -> Result<()> {
-    let checked = Checked {
+    let checked = CheckedLine {
         station,
         pattern,
         tolerance: TOLERANCE,
     };
     let mut first = None;
-    let claims = checked.follow(&attempts(outcome)?, &mut |violation| {
+    let claims = follow(&checked, &attempts(outcome)?, &mut |violation| {
         first.get_or_insert(violation);
     });
     if let Some(violation) = first {
@@ -98,7 +90,7 @@ pub fn violations(
     picks: &[Pick],
     tolerance: f64,
 ) -> Vec<Violation> {
-    let checked = Checked {
+    let checked = CheckedLine {
         station,
         pattern,
         tolerance,
@@ -106,74 +98,72 @@ pub fn violations(
     let mut attempts: Vec<_> = picks.iter().map(|pick| (pick, None)).collect();
     attempts.sort_by(|(a, _), (b, _)| a.decide.total_cmp(&b.decide).then(a.robot.cmp(&b.robot)));
     let mut list = Vec::new();
-    checked.follow(&attempts, &mut |violation| list.push(violation));
+    follow(&checked, &attempts, &mut |violation| list.push(violation));
     list
 }
 
-impl Checked<'_> {
-    /// Calls `report` for everything that is wrong with `attempts`, which are in order of decision;
-    /// those that failed have a cause. Returns the last claim on each item.
-    fn follow(
-        &self,
-        attempts: &[(&Pick, Option<FailureCause>)],
-        report: &mut dyn FnMut(Violation),
-    ) -> Vec<Claim> {
-        let robots = self.station.robots();
-        let mut free_at = vec![0.0; robots.len()];
-        let mut places: Vec<Point2<f64>> = robots.iter().map(|robot| robot.rest).collect();
-        let mut claims: Vec<Claim> = vec![None; self.pattern.len()];
-        let mut problems = Vec::new();
-        for &(pick, cause) in attempts {
-            let (Some(robot), Some(item)) = (
-                robots.get(pick.robot),
-                self.pattern.items().get(pick.item as usize),
-            ) else {
-                report(Violation::of(pick, "there is no such robot or item"));
-                continue;
-            };
-            let attempt = Attempt {
-                checked: self,
-                robot,
-                item,
-                pick,
-                from: places[pick.robot],
-            };
-            attempt.check_way(&mut problems);
-            if cause == Some(FailureCause::OutOfReach) {
-                if problems.is_empty() {
-                    attempt.check_vanity(&mut problems);
-                }
-            } else {
-                attempt.check_meeting(&mut problems);
+/// Calls `report` for everything that is wrong with `attempts`, which are in order of decision;
+/// those that failed have a cause. Returns the last claim on each item.
+fn follow(
+    checked: &CheckedLine,
+    attempts: &[(&Pick, Option<FailureCause>)],
+    report: &mut dyn FnMut(Violation),
+) -> Vec<Claim> {
+    let robots = checked.station.robots();
+    let mut free_at = vec![0.0; robots.len()];
+    let mut places: Vec<Point2<f64>> = robots.iter().map(|robot| robot.rest).collect();
+    let mut claims: Vec<Claim> = vec![None; checked.pattern.len()];
+    let mut problems = Vec::new();
+    for &(pick, cause) in attempts {
+        let (Some(robot), Some(item)) = (
+            robots.get(pick.robot),
+            checked.pattern.items().get(pick.item as usize),
+        ) else {
+            report(Violation::of(pick, "there is no such robot or item"));
+            continue;
+        };
+        let attempt = Attempt {
+            checked,
+            robot,
+            item,
+            pick,
+            from: places[pick.robot],
+        };
+        attempt.check_way(&mut problems);
+        if cause == Some(FailureCause::OutOfReach) {
+            if problems.is_empty() {
+                attempt.check_vanity(&mut problems);
             }
-            if cause == Some(FailureCause::Grasp) && item.p_grasp == Some(1.0) {
-                problems.push("no grasp of this item fails".into());
-            }
-            if let Some(bin) = robot.bins.get(usize::from(pick.bin)) {
-                places[pick.robot] = bin.at;
-            }
-            let ends = match cause {
-                Some(_) => pick.grasp + robot.grasp_time,
-                None => f64::INFINITY,
-            };
-            let slack = slack_of(self.tolerance, pick.decide);
-            let claim = claims[pick.item as usize].replace((pick.robot, ends));
-            if let Some((other, until)) = claim
-                && pick.decide < until - slack
-            {
-                problems.push(format!("the item was already claimed by robot {other}"));
-            }
-            let free = free_at[pick.robot];
-            if pick.decide < free - slack {
-                problems.push(format!("the robot is busy until {free} s"));
-            }
-            free_at[pick.robot] = pick.release;
-            for problem in problems.drain(..) {
-                report(Violation::of(pick, problem));
-            }
+        } else {
+            attempt.check_meeting(&mut problems);
         }
-        claims
+        if cause == Some(FailureCause::Grasp) && item.p_grasp == Some(1.0) {
+            problems.push("no grasp of this item fails".into());
+        }
+        if let Some(bin) = robot.bins.get(usize::from(pick.bin)) {
+            places[pick.robot] = bin.at;
+        }
+        let ends = match cause {
+            Some(_) => pick.grasp + robot.grasp_time,
+            None => f64::INFINITY,
+        };
+        let slack = slack_of(checked.tolerance, pick.decide);
+        let claim = claims[pick.item as usize].replace((pick.robot, ends));
+        if let Some((other, until)) = claim
+            && pick.decide < until - slack
+        {
+            problems.push(format!("the item was already claimed by robot {other}"));
+        }
+        let free = free_at[pick.robot];
+        if pick.decide < free - slack {
+            problems.push(format!("the robot is busy until {free} s"));
+        }
+        free_at[pick.robot] = pick.release;
+        for problem in problems.drain(..) {
+            report(Violation::of(pick, problem));
+        }
     }
+    claims
 }
 
 /// Picks and failed attempts, the latter with their cause, in order of decision.
@@ -195,10 +185,6 @@ fn attempts(outcome: &Outcome) -> Result<Vec<(&Pick, Option<FailureCause>)>> {
 }
 
 /// Allowance for rounding of a time or length of this size [m or s].
-fn slack_of(tolerance: f64, size: f64) -> f64 {
-    tolerance * (1.0 + size.abs())
-}
-
 fn slack(size: f64) -> f64 {
     slack_of(TOLERANCE, size)
 }

@@ -3,9 +3,23 @@
 
 use crate::decision::LeftReason;
 use crate::kinematics::TravelLaw;
-use crate::pattern::Item;
+use crate::pattern::{Item, Pattern};
 use crate::station::{Robot, Station};
 use nalgebra::Point2;
+
+/// What attempts are checked against.
+pub(super) struct CheckedLine<'a> {
+    pub station: &'a Station,
+    pub pattern: &'a Pattern,
+    /// Deviation from the model [m or s] that is attributed to rounding, per unit of the times and
+    /// lengths involved.
+    pub tolerance: f64,
+}
+
+/// Allowance for rounding of a time or length of this size [m or s].
+pub(super) fn slack_of(tolerance: f64, size: f64) -> f64 {
+    tolerance * (1.0 + size.abs())
+}
 
 /// The bin that the model gives items of this class, by its definition.
 pub(super) fn bin_of(robot: &Robot, class: Option<&str>) -> Option<usize> {

@@ -104,8 +104,8 @@ impl FromStr for RuleAssignment {
     }
 }
 
-/// A strategy that follows a rule assignment. Robots beyond its end stay idle when it is stepped;
-/// [`simulate`](crate::sim::simulate) requires one rule for each robot.
+/// A strategy that follows a rule assignment. It leaves robots beyond its end idle; a simulation
+/// requires one rule for each robot ([`Strategy::check_robots`]).
 #[derive(Debug, Clone)]
 pub struct RuleStrategy(pub RuleAssignment);
 

@@ -1,7 +1,7 @@
 //! What the model requires of a belt, its robots and its classes.
 
+use super::belt::Belt;
 use super::class::ItemClass;
-use super::geometry::Belt;
 use super::robot::{Bin, Robot};
 use crate::error::{Error, Result, shown, shown_number};
 use crate::kinematics::TravelLaw;

@@ -1,21 +1,11 @@
-//! The belt, the robots and the validated station.
+//! The validated station: a belt, robots and classes of items.
 
+use super::belt::Belt;
 use super::check;
 use super::class::ItemClass;
 use super::robot::Robot;
 use super::sorting::{ClassId, Sorting};
 use crate::error::Result;
-
-/// The conveyor. It covers `0 <= x <= length`, `|y| <= width / 2` and moves along +x.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Belt {
-    /// Speed along +x [m/s].
-    pub speed: f64,
-    /// Length along x [m].
-    pub length: f64,
-    /// Width along y [m].
-    pub width: f64,
-}
 
 /// A validated station: the belt and its robots, from upstream to downstream.
 #[derive(Debug, Clone, PartialEq)]

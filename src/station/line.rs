@@ -1,7 +1,7 @@
 //! A line of identical robots on alternating sides of the belt.
 
+use super::belt::Belt;
 use super::check;
-use super::geometry::Belt;
 use super::robot::{Bin, Robot};
 use crate::error::Result;
 use crate::kinematics::Arm;

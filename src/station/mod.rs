@@ -3,6 +3,7 @@
 //! A [`Station`] is always valid; code that receives one need not check it again.
 
 mod arm_keys;
+mod belt;
 mod builtin;
 mod check;
 mod class;
@@ -10,18 +11,20 @@ mod edit;
 mod file;
 mod geometry;
 mod line;
+mod load;
 mod plausible;
 mod robot;
 mod sorting;
 
+pub use belt::Belt;
 pub use builtin::{BUILT_INS, BuiltIn, built_in};
 pub use class::ItemClass;
 pub use edit::edited;
 pub use file::{
-    Overrides, SavedStrategy, commented_example, is_file, load, load_with_strategy, parse,
-    parse_with_strategy, station_hash, to_toml,
+    Overrides, SavedStrategy, commented_example, parse, parse_with_strategy, station_hash, to_toml,
 };
-pub use geometry::{Belt, Station};
+pub use geometry::Station;
 pub use line::{Line, LineBins};
+pub use load::{is_file, load, load_with_strategy};
 pub use robot::{Bin, Robot};
 pub use sorting::ClassId;

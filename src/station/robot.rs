@@ -1,6 +1,6 @@
 //! One robot: its arm, its workspace, its bins, and the departure windows of items.
 
-use super::geometry::Belt;
+use super::belt::Belt;
 use crate::kinematics::{self, Arm, TravelLaw};
 use nalgebra::{Point2, Vector2};
 
