@@ -152,7 +152,8 @@ def report(options, seconds, status, sizes):
         at, size, _ = sizes[min(int(share * len(sizes)), len(sizes) - 1)]
         print(f" {size:.1f} after {at:.0f} s", end=",")
     print(f" peak {sizes[-1][2]:.1f}")
-    later = sizes[2 * len(sizes) // 5 :]
+    # By the last two fifths buffers have their size, also on a machine that is busy otherwise.
+    later = sizes[3 * len(sizes) // 5 :]
     # At the very beginning a library may need more for a moment.
     highest = max(size for _, size, _ in later)
     if later[-1][2] > later[0][2]:
