@@ -193,16 +193,9 @@ const BIN_KEYS: [&str; 3] = ["name", "classes", "release_time"];
 fn read_robots(root: &Section) -> Result<Vec<Robot>> {
     let mut list = Vec::new();
     for robot in root.tables("robot")? {
-        let own = [
-            "name",
-            "base",
-            "bin",
-            "reach",
-            "grasp_time",
-            "release_time",
-            "rest",
-        ];
-        robot.only(&[&own[..], &arm_keys::KEYS[..]].concat())?;
+        let place = ["name", "base", "bin", "reach"];
+        let times = ["grasp_time", "release_time", "rest"];
+        robot.only(&[&place[..], &arm_keys::KEYS[..], &times[..]].concat())?;
         let release_time = robot.number("release_time")?;
         let bins = if robot.has_tables("bin") {
             read_bins(&robot, "at", release_time)?
@@ -240,7 +233,7 @@ fn read_bins(owner: &Section, position: &str, release_time: f64) -> Result<Vec<B
 }
 
 fn read_line(line: &Section, overrides: Overrides) -> Result<Line> {
-    let own = [
+    let places = [
         "robots",
         "first_base_x",
         "spacing",
@@ -249,11 +242,9 @@ fn read_line(line: &Section, overrides: Overrides) -> Result<Line> {
         "bin",
         "tail",
         "reach",
-        "grasp_time",
-        "release_time",
-        "rest",
     ];
-    line.only(&[&own[..], &arm_keys::KEYS[..]].concat())?;
+    let times = ["grasp_time", "release_time", "rest"];
+    line.only(&[&places[..], &arm_keys::KEYS[..], &times[..]].concat())?;
     let robots = match (overrides.robots, line.optional_count("robots")?) {
         (Some(count), _) | (None, Some(count)) => count,
         (None, None) => return Err(line.missing("robots")),

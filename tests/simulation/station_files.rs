@@ -109,7 +109,8 @@ fn a_file_named_without_its_extension_is_suggested() {
         .unwrap_err()
         .to_string();
     assert!(
-        message.contains("is neither") && message.contains("known: paper, paper-narrow"),
+        message.contains("is neither")
+            && message.contains("known: paper, paper-narrow, delta, sorting"),
         "{message}"
     );
 }

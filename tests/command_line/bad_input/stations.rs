@@ -95,7 +95,7 @@ fn inconsistent_stations() {
     let long = format!("{BELT}{ROBOT}{}x = 1\n", "# remark\n".repeat(1_000_000));
     let message = Message::new(
         "s.toml:1000013: robot[0].x: unknown key",
-        "known: name, base, bin, reach, speed, grasp_time, release_time",
+        "known: name, base, bin, reach, speed, acceleration, deceleration, lift, travel, grasp_time, release_time, rest",
     );
     station_refused(path, long, &message);
     for (name, problem, cure) in [
@@ -117,7 +117,7 @@ fn inconsistent_stations() {
         (
             "papre",
             "--station: `papre` is neither a file nor a built-in station",
-            "did you mean `paper`? known: paper, paper-narrow",
+            "did you mean `paper`? known: paper, paper-narrow, delta, sorting",
         ),
     ] {
         let message = Message::new(problem, cure);

@@ -183,6 +183,14 @@ pub const ROWS: &[Row] = &[
         let pattern = generated(rig, "grid --count 2 --p-grasp const:0.25");
         assert_eq!(csv_column(&pattern, "p_grasp"), ["0.25", "0.25"]);
     }),
+    row(&GENERATE, "--classes", |rig, _| {
+        let classes = "--classes pet:0.5,wood:0.5";
+        let pattern = generated(rig, &format!("grid --count 40 {classes}"));
+        let drawn: BTreeSet<String> = csv_column(&pattern, "class").into_iter().collect();
+        assert_eq!(drawn, ["pet", "wood"].map(str::to_owned).into());
+        // The items stay where they are.
+        assert_eq!(places(&pattern), places(&generated(rig, "grid --count 40")));
+    }),
     row(&GENERATE, "--seed", |rig, _| {
         let random = |flags: &str| generated(rig, &format!("random {flags}"));
         assert_eq!(random(""), random("--seed 1"));

@@ -87,7 +87,7 @@ pub(crate) struct GenerateArgs {
     pub profile: Option<PathBuf>,
     /// Classes of the items with their shares, such as pet:0.4,hdpe:0.3,wood:0.3; the rest has
     /// none
-    #[arg(long, value_name = "CLASS:SHARE,...")]
+    #[arg(long, value_name = "SHARES")]
     pub classes: Option<String>,
     #[command(flatten)]
     pub feed: FeedArgs,
