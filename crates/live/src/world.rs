@@ -15,6 +15,7 @@ use super::sight::PlacedDetection;
 use super::windows::Windows;
 use pickline::decision::{BeltItem, Candidate};
 use pickline::station::Station;
+use std::ops::Range;
 
 /// How far past the belt's end an item is kept [m], for late messages about it.
 const PAST_THE_END: f64 = 0.5;
@@ -144,7 +145,12 @@ impl World {
     /// Adds the windows of an item, if it is free, for every robot that may take it, and wakes
     /// robots that wait for a window.
     fn open_windows(&mut self, item: u32, now: f64, fleet: &mut Fleet) {
-        for windows in &mut self.windows {
+        self.open_windows_of(0..self.windows.len(), item, now, fleet);
+    }
+
+    /// The same for some robots only.
+    fn open_windows_of(&mut self, robots: Range<usize>, item: u32, now: f64, fleet: &mut Fleet) {
+        for windows in &mut self.windows[robots.clone()] {
             windows.remove(item);
         }
         let (Some(station), Some(tracked)) = (&self.planning, self.items.get(item)) else {
@@ -156,7 +162,8 @@ impl World {
         let mut windowed = tracked.windowed;
         let x0 = tracked.place + self.motion.planned_offset();
         let class = station.class_id(tracked.features.class.as_deref());
-        for (index, robot) in station.robots().iter().enumerate() {
+        for index in robots {
+            let robot = &station.robots()[index];
             if tracked.refused & (1 << index) != 0 || !station.takes(class) {
                 continue;
             }
@@ -200,7 +207,7 @@ impl World {
         self.windows[robot].clear();
         let items: Vec<u32> = self.items.iter().map(|(item, _)| item).collect();
         for item in items {
-            self.open_windows(item, now, fleet);
+            self.open_windows_of(robot..robot + 1, item, now, fleet);
         }
     }
 
