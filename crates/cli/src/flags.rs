@@ -100,11 +100,22 @@ mod tests {
         settings.into_inner()
     }
 
-    /// Settings that are no option of a struct: arguments of functions, variants of an enum, and
-    /// what chooses among files and functions.
-    const ARGUMENTS: [&str; 11] = [
-        "cases", "connect", "count", "fps", "imitate", "listen", "preset", "radius", "record",
-        "robust", "station",
+    /// Settings that are no option of a struct: arguments of functions, variants of an enum, fields
+    /// of `Timeouts`, and what chooses among files and functions.
+    const ARGUMENTS: [&str; 13] = [
+        "belt_timeout",
+        "cases",
+        "connect",
+        "count",
+        "fps",
+        "imitate",
+        "listen",
+        "preset",
+        "radius",
+        "record",
+        "robot_timeout",
+        "robust",
+        "station",
     ];
 
     /// A setting has the name by which the library sets it.

@@ -13,7 +13,9 @@ pub(crate) struct Displayed<T>(pub T);
 
 impl<T: Display> Serialize for Displayed<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(&self.0)
+        let text = self.0.to_string();
+        // A share of nothing has no value.
+        serializer.serialize_str(if text == "NaN" { "" } else { &text })
     }
 }
 

@@ -332,10 +332,7 @@ impl RunReport {
             self.strategy,
             self.picked,
             self.items,
-            match self.items {
-                0 => "-".to_owned(),
-                _ => fixed(100.0 * self.picked_share, 1),
-            },
+            fixed(100.0 * self.picked_share, 1),
             fixed(self.end_s, 1),
             fixed(self.picking_rate_per_min, 2),
             self.missed_line(),

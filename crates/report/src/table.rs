@@ -45,8 +45,11 @@ impl Table {
     }
 }
 
-/// A number with `digits` decimals, never `-0`.
+/// A number with `digits` decimals, never `-0`; a dash for a share of nothing, which is not a number.
 pub fn fixed(value: f64, digits: usize) -> String {
+    if value.is_nan() {
+        return "-".to_owned();
+    }
     let text = format!("{value:.digits$}");
     match text.strip_prefix('-') {
         Some(rest) if rest.chars().all(|c| c == '0' || c == '.') => rest.to_owned(),
