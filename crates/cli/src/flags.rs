@@ -102,7 +102,7 @@ mod tests {
 
     /// Settings that are no option of a struct: arguments of functions, variants of an enum, fields
     /// of `Timeouts`, and what chooses among files and functions.
-    const ARGUMENTS: [&str; 13] = [
+    const ARGUMENTS: [&str; 15] = [
         "belt_timeout",
         "cases",
         "connect",
@@ -110,12 +110,14 @@ mod tests {
         "fps",
         "imitate",
         "listen",
+        "out",
         "preset",
         "radius",
         "record",
         "robot_timeout",
         "robust",
         "station",
+        "svg",
     ];
 
     /// A setting has the name by which the library sets it.
@@ -123,7 +125,7 @@ mod tests {
     fn every_setting_that_the_library_names_is_one_of_its_options() {
         let code = library_code();
         let settings = settings(&code);
-        for setting in &settings {
+        let is_known = |setting: &&String| {
             // `no_bound` is `with_bound(false)`.
             let option = setting.strip_prefix("no_").unwrap_or(setting);
             let is_option = code.contains(&format!("fn with_{option}("));
@@ -133,8 +135,10 @@ mod tests {
                 .any(|transport| option.starts_with(transport));
             let is_listed =
                 ARGUMENTS.contains(&option) || RENAMED.iter().any(|(name, _)| *name == option);
-            assert!(is_option || is_of_transport || is_listed, "{setting}");
-        }
+            is_option || is_of_transport || is_listed
+        };
+        let unknown: Vec<&String> = settings.iter().filter(|s| !is_known(s)).collect();
+        assert!(unknown.is_empty(), "{unknown:?}");
         let renamed = RENAMED.iter().map(|(name, _)| name);
         for name in renamed.chain(&ARGUMENTS) {
             assert!(settings.contains(*name), "{name} is not used");
