@@ -76,6 +76,8 @@ pub(crate) fn read_task(task: &Task) -> Result<Outgoing, Rejected> {
         meet_at: task.meet_at.stamp(),
         meet: read_point("meet", &task.meet)?,
         bin: read_point("bin", &task.bin)?,
+        // The message has the bin's place, not its name.
+        bin_name: None,
         free_at: task.free_at.stamp(),
         priority: finite("priority", task.priority)?,
         strategy: task.strategy.clone(),
