@@ -9,7 +9,7 @@ use pickline_live::transport::{Access, Hub};
 #[cfg(feature = "dashboard")]
 pub(crate) use served::Screen;
 #[cfg(not(feature = "dashboard"))]
-pub use unserved::Screen;
+pub(crate) use unserved::Screen;
 
 /// Where the dashboard is asked for.
 #[cfg_attr(
@@ -114,14 +114,14 @@ mod unserved {
     use pickline::error::Error;
 
     /// Replaces the dashboard in a build without it.
-    pub struct Screen;
+    pub(crate) struct Screen;
 
     impl Screen {
         /// Opens nothing.
         ///
         /// # Errors
         /// If a dashboard is asked for.
-        pub fn open(served: Option<Served>, _: &Station, _: &str, _: &Remarks) -> Result<Self> {
+        pub(crate) fn open(served: Option<Served>, _: &Station, _: &str, _: &Remarks) -> Result<Self> {
             match served {
                 None => Ok(Self),
                 Some(_) => Err(Error::usage(
@@ -133,9 +133,9 @@ mod unserved {
         }
 
         /// Shows nothing.
-        pub fn show(&mut self, _: &Controller, _: &Hub) {}
+        pub(crate) fn show(&mut self, _: &Controller, _: &Hub) {}
 
         /// Closes nothing.
-        pub fn close(self, _: &Controller) {}
+        pub(crate) fn close(self, _: &Controller) {}
     }
 }

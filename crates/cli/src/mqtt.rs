@@ -16,7 +16,7 @@ impl MqttArgs {
     ///
     /// # Errors
     /// Invalid or contradictory arguments, or files that cannot be read.
-    pub fn resolve(&self, side: Side, clock: ClockKind) -> Result<Option<MqttSettings>> {
+    pub(crate) fn resolve(&self, side: Side, clock: ClockKind) -> Result<Option<MqttSettings>> {
         let Some(url) = &self.mqtt else {
             return Ok(None);
         };

@@ -5,7 +5,6 @@ use pickline::error::{Error, Result, shown};
 use pickline_live::ClockKind;
 use pickline_live::transport::Side;
 use pickline_live::transport::ros2::Ros2Settings;
-use std::net::{IpAddr, Ipv4Addr};
 
 /// The environment variable that sets the domain of all ROS 2 programs.
 const DOMAIN: &str = "ROS_DOMAIN_ID";
@@ -17,7 +16,7 @@ impl Ros2Args {
     ///
     /// # Errors
     /// An invalid domain.
-    pub fn resolve(&self, side: Side, clock: ClockKind) -> Result<Option<Ros2Settings>> {
+    pub(crate) fn resolve(&self, side: Side, clock: ClockKind) -> Result<Option<Ros2Settings>> {
         if !self.ros2 {
             return Ok(None);
         }

@@ -28,14 +28,14 @@ pub(crate) use live::{
     ClockArg, DialectArg, EmulateArgs, LogFormatArg, RunArgs, TransportArgs, TroubleArgs,
 };
 #[cfg(feature = "mqtt")]
-pub use mqtt::MqttArgs;
+pub(crate) use mqtt::MqttArgs;
 pub(crate) use optimize::{LimitArgs, OptimizeArgs, SearchArg};
 pub(crate) use pattern::{
     AxisArg, BoxesArg, DescribeArgs, GenerateArgs, ImportCommand, PatternArgs, PatternCommand,
     PatternKind, TracksArgs,
 };
 #[cfg(feature = "ros2")]
-pub use ros2::Ros2Args;
+pub(crate) use ros2::Ros2Args;
 pub(crate) use service::{ManArgs, PlaceArgs, ServiceArgs, ServiceCommand};
 pub(crate) use shared::{
     AttributeArgs, Common, FeedArgs, OutputFormat, PatternSetArgs, Pictures, StationChoice,

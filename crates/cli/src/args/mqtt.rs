@@ -6,7 +6,7 @@ use std::path::PathBuf;
 /// Communication over an MQTT broker.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "MQTT")]
-pub struct MqttArgs {
+pub(crate) struct MqttArgs {
     /// Use this MQTT 5 broker instead of stdin and stdout: mqtt://HOST:PORT, or
     /// mqtts://HOST:PORT for TLS
     #[arg(long, value_name = "URL", conflicts_with_all = ["listen", "connect"])]

@@ -6,7 +6,7 @@ use std::net::IpAddr;
 /// Communication over a ROS 2 graph.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "ROS 2")]
-pub struct Ros2Args {
+pub(crate) struct Ros2Args {
     /// Join a ROS 2 graph (Jazzy, any DDS) instead of using stdin and stdout
     #[arg(long, conflicts_with_all = ["listen", "connect"])]
     #[cfg_attr(feature = "mqtt", arg(conflicts_with = "mqtt"))]
