@@ -121,7 +121,12 @@ mod unserved {
         ///
         /// # Errors
         /// If a dashboard is asked for.
-        pub(crate) fn open(served: Option<Served>, _: &Station, _: &str, _: &Remarks) -> Result<Self> {
+        pub(crate) fn open(
+            served: Option<Served>,
+            _: &Station,
+            _: &str,
+            _: &Remarks,
+        ) -> Result<Self> {
             match served {
                 None => Ok(Self),
                 Some(_) => Err(Error::usage(
