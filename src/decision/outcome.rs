@@ -103,8 +103,6 @@ pub enum LeftReason {
     Unwanted,
     /// No robot has a bin for its class.
     NoBin,
-    /// Its detection is less certain than the threshold.
-    Uncertain,
 }
 
 impl LeftReason {

@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 use crate::optimize::Environment;
 use crate::pattern::Pattern;
 use crate::planning::bound::{Bound, BoundObjective, BoundOptions, upper_bound};
+use crate::setters::setters;
 use crate::sim::{Conditions, Scene};
 use crate::station::Station;
 
@@ -37,39 +38,22 @@ impl Default for BoundStudyOptions {
     }
 }
 
-impl BoundStudyOptions {
+setters!(BoundStudyOptions {
     /// With this master seed, which decides what the camera reports.
-    #[must_use]
-    pub fn with_seed(mut self, seed: u64) -> Self {
-        self.seed = seed;
-        self
-    }
-
+    fn with_seed(seed: u64);
     /// Under these conditions, with random events from the master seed.
-    #[must_use]
-    pub fn with_conditions(mut self, conditions: Conditions) -> Self {
-        self.conditions = conditions;
-        self
-    }
-
+    fn with_conditions(conditions: Conditions);
     /// With the sum of the picked items' weights bounded as well, or not.
-    #[must_use]
-    pub fn with_weight(mut self, weight: bool) -> Self {
-        self.weight = weight;
-        self
-    }
+    fn with_weight(weight: bool);
+    /// With at most this number of price updates; the rate and the end take as many again.
+    fn with_iterations(iterations: usize);
+});
 
+impl BoundStudyOptions {
     /// With slots of this length [s].
     #[must_use]
     pub fn with_slot(mut self, slot_s: f64) -> Self {
         self.slot_s = Some(slot_s);
-        self
-    }
-
-    /// With at most this number of price updates; the rate and the end take as many again.
-    #[must_use]
-    pub fn with_iterations(mut self, iterations: usize) -> Self {
-        self.iterations = iterations;
         self
     }
 

@@ -7,6 +7,7 @@ use crate::error::Result;
 use crate::optimize::Environment;
 use crate::optimize::game::{LineGame, PayoffKind, check_size};
 use crate::pattern::PatternSource;
+use crate::setters::setters;
 use crate::sim::Conditions;
 use crate::station::Station;
 
@@ -32,35 +33,16 @@ impl Default for GameOptions {
     }
 }
 
-impl GameOptions {
+setters!(GameOptions {
     /// With this master seed.
-    #[must_use]
-    pub fn with_seed(mut self, seed: u64) -> Self {
-        self.seed = seed;
-        self
-    }
-
+    fn with_seed(seed: u64);
     /// With payoffs from these patterns.
-    #[must_use]
-    pub fn with_patterns(mut self, patterns: ScoredPatterns) -> Self {
-        self.patterns = patterns;
-        self
-    }
-
+    fn with_patterns(patterns: ScoredPatterns);
     /// Under these conditions, with random events from the master seed.
-    #[must_use]
-    pub fn with_conditions(mut self, conditions: Conditions) -> Self {
-        self.conditions = conditions;
-        self
-    }
-
+    fn with_conditions(conditions: Conditions);
     /// With this payoff of each robot.
-    #[must_use]
-    pub fn with_payoff(mut self, payoff: PayoffKind) -> Self {
-        self.payoff = payoff;
-        self
-    }
-}
+    fn with_payoff(payoff: PayoffKind);
+});
 
 /// A game whose settings are checked and whose patterns are drawn.
 #[derive(Debug)]

@@ -10,6 +10,7 @@ use crate::optimize::{Environment, bound_beside};
 use crate::pattern::Pattern;
 use crate::planning::Allowance;
 use crate::planning::bound::Bound;
+use crate::setters::setters;
 use crate::sim::{Conditions, Scene, Trace, simulate_observed};
 use crate::station::Station;
 use crate::strategies::{Blueprint, StrategySpec};
@@ -42,56 +43,24 @@ impl Default for SimulateOptions {
     }
 }
 
-impl SimulateOptions {
+setters!(SimulateOptions {
     /// With this master seed.
-    #[must_use]
-    pub fn with_seed(mut self, seed: u64) -> Self {
-        self.seed = seed;
-        self
-    }
-
+    fn with_seed(seed: u64);
     /// Under these conditions, with random events from the master seed.
-    #[must_use]
-    pub fn with_conditions(mut self, conditions: Conditions) -> Self {
-        self.conditions = conditions;
-        self
-    }
-
+    fn with_conditions(conditions: Conditions);
     /// With this budget of one decision, unless the strategy itself sets it.
-    #[must_use]
-    pub fn with_allowance(mut self, allowance: Allowance) -> Self {
-        self.allowance = allowance;
-        self
-    }
-
+    fn with_allowance(allowance: Allowance);
     /// With every event of the run, or without.
-    #[must_use]
-    pub fn with_trace(mut self, trace: bool) -> Self {
-        self.trace = trace;
-        self
-    }
-
+    fn with_trace(trace: bool);
     /// With the run verified by the independent checker, or not.
-    #[must_use]
-    pub fn with_check(mut self, check: bool) -> Self {
-        self.check = check;
-        self
-    }
-
+    fn with_check(check: bool);
     /// With the smallest distance between two arms, or without.
-    #[must_use]
-    pub fn with_clearance(mut self, clearance: bool) -> Self {
-        self.clearance = clearance;
-        self
-    }
-
+    fn with_clearance(clearance: bool);
     /// With the bound that no strategy can exceed, or without.
-    #[must_use]
-    pub fn with_bound(mut self, bound: bool) -> Self {
-        self.bound = bound;
-        self
-    }
+    fn with_bound(bound: bool);
+});
 
+impl SimulateOptions {
     /// How a strategy is put on the line for this run.
     pub fn blueprint(&self) -> BlueprintOptions {
         BlueprintOptions::default()
