@@ -41,6 +41,7 @@ fn settings(speeds: &[f64]) -> Vec<Setting> {
     let at = |&value: &f64| Setting {
         value,
         station: one_robot().with_belt_speed(value).unwrap(),
+        min_detection: None,
         methods: vec![
             Method::Robust(RULES.parse().unwrap()),
             Method::greedy(1).unwrap(),

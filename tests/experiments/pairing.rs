@@ -112,6 +112,7 @@ fn settings(speeds: &[f64]) -> Vec<Setting> {
     let at = |&value: &f64| Setting {
         value,
         station: station().with_belt_speed(value).unwrap(),
+        min_detection: None,
         methods: methods(),
     };
     speeds.iter().map(at).collect()
