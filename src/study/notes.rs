@@ -282,10 +282,10 @@ impl fmt::Display for RobustNote {
     }
 }
 
-/// Notes for a comparison under `conditions`. `generated` means that no pattern comes from
-/// a file.
-pub(crate) fn condition_notes(conditions: &Conditions, generated: bool) -> Vec<Note> {
-    let nothing = generated && conditions.disturbances.never_fails(&[]);
+/// Notes for a comparison under `conditions`. `without_own` means that no item has a `p_grasp` of its
+/// own.
+pub(crate) fn condition_notes(conditions: &Conditions, without_own: bool) -> Vec<Note> {
+    let nothing = without_own && conditions.disturbances.never_fails(&[]);
     nothing.then_some(Note::NothingFails).into_iter().collect()
 }
 

@@ -293,7 +293,8 @@ impl<'a> SweepStudy<'a> {
             environment,
         )?;
         let generated = !matches!(self.source, PatternSource::Files(_));
-        notes.extend(condition_notes(&self.conditions, generated));
+        let without_own = generated && self.recipe.attributes.p_grasp.is_none();
+        notes.extend(condition_notes(&self.conditions, without_own));
         let items = patterns.iter().map(|pattern| pattern.items());
         notes.extend(detection_notes(&self.conditions, items));
         let thresholds = self.thresholds(&settings, &sweep, environment)?;
@@ -328,7 +329,6 @@ impl<'a> SweepStudy<'a> {
         let line = line.under(&self.conditions);
         let training = &self.options.own.methods.training;
         let set = line.for_thresholds(training, &self.source, &self.recipe)?;
-        check_detections(&set)?;
         let conditions = line.conditions();
         let trained = sweep_settings(settings, &set.patterns, conditions, false, &environment);
         let is_whole = |sweep: &Sweep| sweep.values.len() == sweep.planned;
@@ -432,9 +432,11 @@ impl<'a> SweepStudy<'a> {
 /// # Errors
 /// The scored patterns are recorded and no others are named.
 fn check_training(options: &SweepOptions, generated: bool) -> Result<()> {
-    let named = matches!(options.own.methods.training, RobustTraining::On(_));
-    if options.own.purity.is_none() || generated || named {
-        return Ok(());
+    match &options.own.methods.training {
+        _ if options.own.purity.is_none() => return Ok(()),
+        RobustTraining::On(set) => return check_detections(set),
+        _ if generated => return Ok(()),
+        _ => {}
     }
     Err(Error::usage(
         "'purity'",

@@ -54,6 +54,7 @@ fn case(name: &str, source: CaseSource) -> Case {
         name: name.into(),
         source,
         items: 30,
+        attributes: Default::default(),
     }
 }
 
