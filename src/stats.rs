@@ -294,7 +294,10 @@ mod tests {
         let samples = equal.map(|(hits, trials)| (hits as usize, trials as usize));
         let pooled = pooled_share_interval(&samples).unwrap();
         let plain = share_mean_interval(&shares).unwrap();
-        assert!((pooled.low - plain.low).abs() < 1e-12, "{pooled:?} {plain:?}");
+        assert!(
+            (pooled.low - plain.low).abs() < 1e-12,
+            "{pooled:?} {plain:?}"
+        );
         assert!((pooled.high - plain.high).abs() < 1e-12);
         // Unequal numbers, by hand: 15 of 20; residuals 9 - 0.75 * 10 and 6 - 0.75 * 10, mean 10.
         let wide = pooled_share_interval(&[(9, 10), (6, 10)]).unwrap();
@@ -305,7 +308,10 @@ mod tests {
         let squares: f64 = residuals.iter().map(|r| (r / 12.0) * (r / 12.0)).sum();
         // t(0.975, 2) = 4.302653.
         let half = 4.302_652_73 * (squares / 6.0).sqrt();
-        assert!((three.high - (share + half).min(1.0)).abs() < 1e-6, "{three:?}");
+        assert!(
+            (three.high - (share + half).min(1.0)).abs() < 1e-6,
+            "{three:?}"
+        );
         assert!((three.low - (share - half)).abs() < 1e-6, "{three:?}");
         // Nothing but hits is not certainty.
         let hits = pooled_share_interval(&[(50, 50), (50, 50)]).unwrap();

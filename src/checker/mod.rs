@@ -10,9 +10,7 @@ mod physics;
 use attempt::Attempt;
 use physics::{CheckedLine, bin_of, can_be_met, left_reason, slack_of, weight_of};
 
-use crate::decision::{
-    Failure, FailureCause, LeftReason, MissReason, Outcome, Pick, RobotFigures,
-};
+use crate::decision::{Failure, FailureCause, LeftReason, MissReason, Outcome, Pick, RobotFigures};
 use crate::error::{Error, Result, counted};
 use crate::pattern::Pattern;
 use crate::station::{Robot, Station};
@@ -203,7 +201,11 @@ fn check_missed(
     // The last claim on a picked item never ends.
     let left = |item: u32| {
         let reason = left_reason(station, &pattern.items()[item as usize]);
-        reason.or_else(|| uncertain.contains(&item).then_some(LeftReason::LowDetection))
+        reason.or_else(|| {
+            uncertain
+                .contains(&item)
+                .then_some(LeftReason::LowDetection)
+        })
     };
     let all = || 0..pattern.len() as u32;
     let missing: Vec<u32> = all()

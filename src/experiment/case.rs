@@ -1,7 +1,9 @@
 //! The cases of a comparison.
 
 use crate::error::Result;
-use crate::pattern::{self, Attributes, Feed, FeedShape, Feeder, Pattern, grid, poisson_disk, random_stream};
+use crate::pattern::{
+    self, Attributes, Feed, FeedShape, Feeder, Pattern, grid, poisson_disk, random_stream,
+};
 use crate::station::Belt;
 use rand::rngs::ChaCha8Rng;
 use std::path::{Path, PathBuf};

@@ -24,5 +24,5 @@ pub use event_loop::{simulate, simulate_observed, simulate_rules};
 pub use run::Run;
 pub use scene::Scene;
 pub use trace::Trace;
-pub use truth::TrueClass;
 pub use tree::AssignmentTree;
+pub use truth::TrueClass;

@@ -99,7 +99,8 @@ const NOTHING_MISDETECTED: &str = "no item has a p_detection below 1 or another 
      is right and every purity 1; give items a p_detection ('p_detection') or a true_class";
 
 /// The text of [`Note::NothingUncertain`].
-const NOTHING_UNCERTAIN: &str = "no item has a p_detection below 'min_detection', so none is left for it";
+const NOTHING_UNCERTAIN: &str =
+    "no item has a p_detection below 'min_detection', so none is left for it";
 
 /// The text of [`Note::EqualWeights`].
 const EQUAL_WEIGHTS: &str = "all items weigh the same, so PP picks like FIFO; give areas or probabilities \

@@ -1,8 +1,8 @@
 //! Turns arguments into the library's settings.
 
 use super::args::{
-    AttributeArgs, Common, ConditionArgs, DetectionArgs, FeedArgs, LimitArgs, PatternSetArgs, StationChoice,
-    TrainingArgs,
+    AttributeArgs, Common, ConditionArgs, DetectionArgs, FeedArgs, LimitArgs, PatternSetArgs,
+    StationChoice, TrainingArgs,
 };
 use super::session::tell;
 use super::warnings::warn;

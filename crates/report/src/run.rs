@@ -56,7 +56,7 @@ pub struct RunReport {
     pub classes: Vec<ClassRunReport>,
     /// Purity and recovery of the bins; omitted unless detections may be wrong.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub purity: Option<RunPurityReport>,
+    pub sorting: Option<RunPurityReport>,
     /// Number of items missed for each reason.
     pub missed_by_reason: BTreeMap<&'static str, usize>,
     /// Whether the independent checker confirmed the run; omitted if not requested.
@@ -302,7 +302,7 @@ impl RunReport {
                 })
                 .collect(),
             classes: classes_of(scene, outcome),
-            purity: purity_of(scene, outcome),
+            sorting: purity_of(scene, outcome),
             missed_by_reason: missed_by_reason(outcome),
             checked: None,
             bound: None,
@@ -350,7 +350,7 @@ impl RunReport {
             fixed(self.picking_rate_per_min, 2),
             self.missed_line(),
             self.unwanted_line(),
-            self.purity
+            self.sorting
                 .as_ref()
                 .map_or(String::new(), RunPurityReport::text),
             self.failed_line(),

@@ -119,7 +119,7 @@ impl ComparisonReport {
     /// Purity and recovery of each method's bins, if detections may be wrong.
     pub(super) fn purity_csv(&self) -> Option<String> {
         let rows = self.results().flat_map(|(_, case, result)| {
-            let parts = result.purity.iter().flat_map(PurityByBinReport::parts);
+            let parts = result.sorting.iter().flat_map(PurityByBinReport::parts);
             parts.map(|(bin, purity, _)| {
                 let of = CaseMethod {
                     case: &case.name,

@@ -4,8 +4,8 @@ use super::charts::CHARTS;
 use super::report::{CaseReport, ComparisonReport, MethodResultReport, PrintedReport};
 use crate::bound::CaseBoundReport;
 use crate::columns::TableColumns;
-use crate::purity::{PURITY_CAPTION, purity_page_columns};
 use crate::page::{Cell, PageFigure, PageSection, PageTable, ReportPage, charts, escape};
+use crate::purity::{PURITY_CAPTION, purity_page_columns};
 use pickline::stats::Interval;
 
 /// The page for `report`.

@@ -115,7 +115,7 @@ pub struct MethodResultReport {
     pub certified_rate_percent: Option<f64>,
     /// Purity and recovery of the bins; omitted unless detections may be wrong.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub purity: Option<PurityByBinReport>,
+    pub sorting: Option<PurityByBinReport>,
     /// The paper's figures for it, if the paper prints any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper: Option<PrintedReport>,
@@ -177,7 +177,7 @@ impl ComparisonReport {
     /// Whether detections may be wrong, so that bins have a purity.
     pub(super) fn has_purity(&self) -> bool {
         let mut results = self.cases.iter().flat_map(|case| &case.results);
-        results.any(|result| result.purity.is_some())
+        results.any(|result| result.sorting.is_some())
     }
 
     /// The purities of every method on every case, as rows of a table.
@@ -186,9 +186,9 @@ impl ComparisonReport {
         for (i, case) in self.cases.iter().enumerate() {
             for (j, result) in case.results.iter().enumerate() {
                 let name = if j == 0 { case.name.as_str() } else { "" };
-                let path = format!("cases.{i}.results.{j}.purity");
+                let path = format!("cases.{i}.results.{j}.sorting");
                 let group = PageGroup::Words(name.to_owned());
-                let purity = result.purity.as_ref();
+                let purity = result.sorting.as_ref();
                 let method = &self.methods[j].title;
                 rows.extend(purity.map(|purity| PurityRow::all(group, method, purity, &path)));
             }
@@ -264,7 +264,7 @@ fn case_report(
                 benefit_percent: 100.0 * of.benefit,
                 certified_percent: bound.map(|bound| bound.certified[i]),
                 certified_rate_percent: bound.and_then(|bound| bound.certified_rate[i]),
-                purity: of.purity.as_ref().map(PurityByBinReport::new),
+                sorting: of.purity.as_ref().map(PurityByBinReport::new),
                 paper: printed.and_then(|printed| printed_report(method, printed)),
             })
             .collect(),

@@ -142,8 +142,8 @@ fn purity(report: &SweepReport) -> Option<Chart> {
     let mut chart = Chart {
         title: "Purity and recovery".into(),
         caption: format!(
-            "Each point is a threshold of detections: from right to left, more items are left on the \
-             belt. All items of {} together{}.",
+            "Each point is a threshold of detections; a line joins them in order, the lowest first. \
+             All items of {} together{}.",
             match report.patterns {
                 1 => "the pattern".to_owned(),
                 patterns => format!("{patterns} patterns"),
@@ -165,7 +165,7 @@ fn purity(report: &SweepReport) -> Option<Chart> {
 
 /// A threshold of a method; without its intervals if they would merge.
 fn purity_point(point: &PointReport, with_intervals: bool) -> Option<ChartPoint> {
-    let total = &point.purity.as_ref()?.total;
+    let total = &point.sorting.as_ref()?.total;
     let (purity, recovery) = (total.content.purity?, total.content.recovery?);
     let ends = |ends: Option<Interval>| ends.filter(|_| with_intervals).map(percent);
     Some(ChartPoint {

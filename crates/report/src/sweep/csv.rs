@@ -50,7 +50,7 @@ impl SweepReport {
                 method: point.method.as_str(),
             };
             let rate = bound.and_then(|bound| bound.picking_rate_per_min);
-            let purity = point.purity.as_ref().map(|purity| &purity.total);
+            let purity = point.sorting.as_ref().map(|purity| &purity.total);
             let content = purity.map(|purity| &purity.content);
             let purity_ends = purity.and_then(|purity| purity.purity_interval);
             let recovery_ends = purity.and_then(|purity| purity.recovery_interval);
@@ -88,7 +88,7 @@ impl SweepReport {
     /// Purity and recovery of the bins at every point, if detections may be wrong.
     pub(super) fn purity_csv(&self) -> Option<String> {
         let rows = self.points.iter().flat_map(|point| {
-            let parts = point.purity.iter().flat_map(PurityByBinReport::parts);
+            let parts = point.sorting.iter().flat_map(PurityByBinReport::parts);
             parts.map(|(bin, purity, _)| {
                 let of = SweptMethod {
                     value: Displayed(point.value),

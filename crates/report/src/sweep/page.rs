@@ -73,9 +73,9 @@ fn threshold_answer(report: &SweepReport) -> Vec<String> {
     let methods = report.limits.len();
     let at = |place: usize| {
         let point = &report.points[place];
-        let content = &point.purity.as_ref()?.total.content;
+        let content = &point.sorting.as_ref()?.total.content;
         let share = |field: &str, share: f64| {
-            PageFigure::percent(format!("points.{place}.purity.{field}"), share).html()
+            PageFigure::percent(format!("points.{place}.sorting.{field}"), share).html()
         };
         Some(format!(
             "a purity of {} % and a recovery of {} % at {}",

@@ -87,7 +87,7 @@ pub struct PointReport {
     pub certified_percent: Option<f64>,
     /// Purity and recovery of the bins; omitted unless detections may be wrong.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub purity: Option<PurityByBinReport>,
+    pub sorting: Option<PurityByBinReport>,
 }
 
 /// What no strategy can exceed, along a sweep.
@@ -226,7 +226,7 @@ impl PointReport {
             complete_share: point.complete_share,
             nearly_complete_share: point.nearly_complete_share,
             certified_percent: point.certified,
-            purity: point.purity.as_ref().map(PurityByBinReport::new),
+            sorting: point.purity.as_ref().map(PurityByBinReport::new),
         }
     }
 }
@@ -345,7 +345,7 @@ impl SweepReport {
 
     /// Whether detections may be wrong, so that bins have a purity.
     pub(super) fn has_purity(&self) -> bool {
-        self.points.iter().any(|point| point.purity.is_some())
+        self.points.iter().any(|point| point.sorting.is_some())
     }
 
     /// The purities of every point, as rows of a table.
@@ -353,12 +353,12 @@ impl SweepReport {
         let methods = self.limits.len();
         let points = self.points.iter().enumerate();
         let rows = points.filter_map(|(i, point)| {
-            let purity = point.purity.as_ref()?;
+            let purity = point.sorting.as_ref()?;
             let group = match i % methods {
                 0 => PageGroup::Value(point.value, format!("points.{i}.value")),
                 _ => PageGroup::Words(String::new()),
             };
-            let path = format!("points.{i}.purity");
+            let path = format!("points.{i}.sorting");
             Some(PurityRow::all(group, &point.title, purity, &path))
         });
         rows.collect()

@@ -48,7 +48,7 @@ impl SweepReport {
             for words in thresholds.words(str::to_owned) {
                 text += &format!("choose    {words}\n");
             }
-            text += &format!("chosen on {}\n", thresholds.trained_on);
+            text += &format!("training  {}\n", thresholds.trained_on);
         }
         for words in self.recommendations(str::to_owned) {
             text += &format!("choose    {words}\n");
