@@ -164,10 +164,10 @@ pub fn share_interval(hits: usize, trials: usize) -> Interval {
 }
 
 /// 95 % interval of the share of hits among the trials of several samples, each with its `(hits,
-/// trials)`, by the delta method for a ratio of two means (Franz 2007, arXiv:0710.2024): trials of
-/// one sample may depend on each other. Without any scatter it is that of [`share_interval`],
-/// because a sample of hits only does not prove that there are no others. `None` for fewer than two
-/// samples, and without trials.
+/// trials)`, by the ratio estimator (Cochran 1977, Sampling Techniques, ISBN 0-471-16240-X, section
+/// 6.3): samples have different numbers of trials, and those of one may depend on each other.
+/// Without any scatter it is that of [`share_interval`], because hits alone do not prove that
+/// nothing else is possible. `None` for fewer than two samples, and without trials.
 ///
 /// # Panics
 /// With more hits than trials in total.

@@ -114,8 +114,8 @@ pub(crate) struct TrainingArgs {
 /// which arms stay 5 cm apart.
 ///
 /// --sweep min-detection varies the p_detection below which items are left on the belt, with
-/// --misdetections: the more are left, the purer the bins and the lower the recovery. It draws
-/// that curve, and --purity P chooses a point on it.
+/// --misdetections: the more are left, the purer the bins, and usually the lower the recovery.
+/// It draws that curve, and --purity P chooses a point on it.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
@@ -124,8 +124,7 @@ Examples:
   pickline sweep --sweep robots --patterns poisson:0.12:10
   pickline sweep --sweep robots --patterns random:20 --flow 80
   pickline sweep --patterns poisson:0.15:100 --html sweep.html --svg limits.svg --chart limits
-  pickline sweep --sweep min-detection --patterns poisson:0.15:100 --p-detection beta:8,2 \
-    --purity 0.9 --svg purity.svg
+  pickline sweep --sweep min-detection --p-detection beta:8,2 --purity 0.9 --svg purity.svg
 
 Charts for --chart: picked (the main one), the picked share over the sweep with the
 limits; throughput, the picks per minute in the steady state; rate, the picking rate;
