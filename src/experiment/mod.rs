@@ -11,6 +11,7 @@ pub mod paper;
 mod range;
 mod sweep;
 mod sweep_result;
+mod threshold;
 mod training;
 
 pub use bounds::add_bounds;
@@ -24,4 +25,5 @@ pub(crate) use range::{Range, round_step, step_between};
 pub use range::{ValueLimit, find_limits};
 pub use sweep::{Axis, Setting, sweep_settings};
 pub use sweep_result::{AS_GOOD, Limit, Sweep, SweepBound, SweepPoint, SweepValue, SweptMethod};
+pub use threshold::{ChosenThreshold, ThresholdChoice, ThresholdChoices, choose_thresholds};
 pub use training::training_set;

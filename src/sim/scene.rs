@@ -79,7 +79,7 @@ impl<'a> Scene<'a> {
             windows: Vec::new(),
             positions: Vec::new(),
             windowed: Claims::none(pattern.len()),
-            left: left_items(station, pattern),
+            left: left_items(station, pattern, &conditions),
             not_offered: Claims::none(pattern.len()),
             odds: odds(pattern, &conditions),
             independent: true,
@@ -88,7 +88,7 @@ impl<'a> Scene<'a> {
             scene.not_offered.insert(left.item);
         }
         scene.find_windows();
-        if conditions.disturbances.any() {
+        if conditions.disturbances.may_fail() {
             scene.find_positions();
         }
         Ok(scene)
@@ -282,7 +282,7 @@ impl<'a> Scene<'a> {
     /// of robots that have a window for it, the upstream window must close strictly before the
     /// downstream one opens, and no disturbance may give an item back.
     pub fn is_independent(&self) -> bool {
-        self.independent && !self.conditions.disturbances.any()
+        self.independent && !self.conditions.disturbances.may_fail()
     }
 
     /// `time` [s] rounded up to the next update. A value within 1e-9 ticks of an update is
@@ -368,14 +368,17 @@ fn odds(pattern: &Pattern, conditions: &Conditions) -> Vec<Odds> {
 }
 
 /// The items that are left on the belt on purpose, downstream first.
-fn left_items(station: &Station, pattern: &Pattern) -> Vec<LeftItem> {
+fn left_items(station: &Station, pattern: &Pattern, conditions: &Conditions) -> Vec<LeftItem> {
     let reason = |item: &Item| {
         let class = item.class.as_deref();
         let unwanted = class.and_then(|name| station.class(name));
         if unwanted.is_some_and(|class| !class.wanted) {
             Some(LeftReason::Unwanted)
+        } else if !station.takes(station.class_id(class)) {
+            Some(LeftReason::NoBin)
         } else {
-            (!station.takes(station.class_id(class))).then_some(LeftReason::NoBin)
+            let uncertain = conditions.is_too_uncertain(item);
+            uncertain.then_some(LeftReason::LowDetection)
         }
     };
     let items = pattern.items().iter().zip(0u32..);

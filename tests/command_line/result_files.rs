@@ -209,6 +209,7 @@ fn whole_values_outlive_an_interruption() {
     let setting = |value: f64| Setting {
         value,
         station: station.with_belt_speed(value).unwrap(),
+        min_detection: None,
         methods: vec![Method::Robust("SPT,FIFO".parse().unwrap())],
     };
     let settings = [0.04, 0.05, 0.06].map(setting);

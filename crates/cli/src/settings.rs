@@ -1,8 +1,8 @@
 //! Turns arguments into the library's settings.
 
 use super::args::{
-    AttributeArgs, Common, ConditionArgs, FeedArgs, LimitArgs, PatternSetArgs, StationChoice,
-    TrainingArgs,
+    AttributeArgs, Common, ConditionArgs, DetectionArgs, FeedArgs, LimitArgs, PatternSetArgs,
+    StationChoice, TrainingArgs,
 };
 use super::session::tell;
 use super::warnings::warn;
@@ -281,6 +281,7 @@ impl ConditionArgs {
         let conditions = Conditions::default()
             .with_update_hz(common.update_hz)
             .with_camera_x(self.camera_x)
+            .with_min_detection(self.min_detection)
             .with_disturbances(
                 Disturbances::default()
                     .with_grasp_failures(self.grasp_success.is_some())
@@ -290,6 +291,14 @@ impl ConditionArgs {
             );
         conditions.check()?;
         Ok(conditions)
+    }
+}
+
+impl DetectionArgs {
+    /// `conditions`, in which detections may be wrong if that is asked for.
+    pub(crate) fn add_to(&self, mut conditions: Conditions) -> Conditions {
+        conditions.disturbances.misdetections = self.misdetections;
+        conditions
     }
 }
 

@@ -18,6 +18,7 @@ mod palette;
 mod presentation;
 mod protection;
 mod provenance;
+mod purity;
 mod replay;
 mod run;
 mod station_picture;

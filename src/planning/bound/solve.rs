@@ -121,7 +121,7 @@ pub fn upper_bound(
     go_on: &mut dyn FnMut(usize, usize) -> bool,
 ) -> Result<Bound> {
     let undisturbed;
-    let scene = if scene.conditions().disturbances.any() {
+    let scene = if scene.conditions().disturbances.may_fail() {
         undisturbed = without_disturbances(scene)?;
         &undisturbed
     } else {

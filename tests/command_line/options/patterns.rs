@@ -1,6 +1,6 @@
 //! The patterns that are drawn, for a search, a sweep or a file.
 
-use super::rig::{RATE, Rig, assert_near};
+use super::rig::{RATE, Rig, assert_near, number};
 use super::runs::{one, rate_in};
 use super::{Row, hold, row};
 use crate::common::{csv_column, csv_rows};
@@ -10,6 +10,8 @@ use std::collections::BTreeSet;
 const SETS: [&str; 3] = ["optimize", "sweep", "game"];
 /// Verbs whose items have attributes.
 const ATTRIBUTES: [&str; 2] = ["optimize", "game"];
+/// Those that report only the weighted rate of what they draw.
+const EXPERIMENTS: [&str; 2] = ["compare", "sweep"];
 const GENERATE: [&str; 1] = ["pattern generate"];
 
 pub const ROWS: &[Row] = &[
@@ -70,6 +72,16 @@ pub const ROWS: &[Row] = &[
     row(&ATTRIBUTES, "--p-grasp", |rig, verb| {
         weighted(rig, verb, "--p-grasp const:0.4", 0.4 * 0.5);
         by_weight(rig, verb, "--p-grasp uniform:0,1");
+    }),
+    // An area of 100 cm^2 has the weight 1 / (1 + 1/e).
+    row(&EXPERIMENTS, "--area", |rig, verb| {
+        worth(rig, verb, "--area const:100", 1.0 / (1.0 + (-1.0f64).exp()));
+    }),
+    row(&EXPERIMENTS, "--p-detection", |rig, verb| {
+        worth(rig, verb, "--p-detection const:0.4", 0.4 * 0.5);
+    }),
+    row(&EXPERIMENTS, "--p-grasp", |rig, verb| {
+        worth(rig, verb, "--p-grasp const:0.4", 0.4 * 0.5);
     }),
     row(&GENERATE, "<kind>", |rig, _| {
         let y = |kind: &str| csv_column(&generated(rig, kind), "y");
@@ -241,6 +253,22 @@ fn weighted(rig: &Rig, verb: &str, flags: &str, weight: f64) {
     let set = "grid:1.5 --items 1 --objective weighted-rate";
     assert_near(rate(rig, verb, set), 0.5 * RATE);
     assert_near(rate(rig, verb, &format!("{set} {flags}")), weight * RATE);
+}
+
+/// One generated item of `weight` is worth so much a minute; without the flag half.
+fn worth(rig: &Rig, verb: &str, flags: &str, weight: f64) {
+    rig.write("c.toml", "[[case]]\nname = \"g\"\ngrid = 1.5\nitems = 1\n");
+    let call = one(verb).replace("p.csv", "grid:1.5 --items 1");
+    let (more, place) = match verb {
+        "compare" => ("--replicates 2", "/cases/0/results/0/weighted_rate_per_min"),
+        _ => ("", "/points/0/weighted_rate_per_min"),
+    };
+    let rate = |flags: &str| {
+        let report = rig.json(&format!("{call} -q --format json {more} {flags}"));
+        number(&report, place)
+    };
+    assert_near(rate(""), 0.5 * RATE);
+    assert_near(rate(flags), weight * RATE);
 }
 
 /// PP picks like FIFO as long as all items weigh the same, and otherwise where they do not.

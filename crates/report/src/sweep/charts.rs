@@ -33,6 +33,11 @@ pub(super) const CHARTS: &[ChartKind<SweepReport>] = &[
         chart: limits,
         needs: "several patterns, and a sweep of what makes picking harder: speed or spacing",
     },
+    ChartKind {
+        name: "purity",
+        chart: purity,
+        needs: "a sweep of the threshold of detections ('sweep_axis' min-detection)",
+    },
 ];
 
 /// With more points than this, intervals are drawn as an area.
@@ -55,8 +60,9 @@ fn picked(report: &SweepReport) -> Option<Chart> {
     chart.title = "Items picked".into();
     chart.y = chart.y.up_to(100.0);
     let mut marked = false;
+    let limits = report.limits.iter().filter(|_| !report.is_of_thresholds());
     let shaded = report.limits.len() <= MOST_SHADES && !report.helps;
-    for (j, limit) in report.limits.iter().enumerate() {
+    for (j, limit) in limits.enumerate() {
         let (at, to) = match report.helps {
             true => (limit.lowest, None),
             false => (limit.highest, limit.first_miss.filter(|_| shaded)),
@@ -105,6 +111,100 @@ fn marks_entry(ink: Ink, words: &str) -> LegendLine {
         label: words.into(),
         ink,
         swatch: Swatch::Mark,
+    }
+}
+
+/// Purity over recovery, one line per method through its thresholds.
+fn purity(report: &SweepReport) -> Option<Chart> {
+    if !report.is_of_thresholds() {
+        return None;
+    }
+    let methods = report.limits.len();
+    let few = report.points.len() / methods.max(1) <= MOST_BARS;
+    let layer = |j: usize| {
+        let of_method = report.points.iter().skip(j).step_by(methods);
+        let points = of_method.filter_map(|point| purity_point(point, few));
+        Layer::Points {
+            ink: Ink::Series(j),
+            style: PointStyle::Line,
+            points: points.collect(),
+        }
+    };
+    let layers: Vec<Layer> = (0..methods).map(layer).collect();
+    let across = layers.iter().flat_map(|layer| match layer {
+        Layer::Points { points, .. } => points.iter().map(|point| point.x).collect(),
+        Layer::Bars(_) => Vec::new(),
+    });
+    let across: Vec<f64> = across.collect();
+    let wanted = report.thresholds.as_ref().map(|chosen| chosen.purity);
+    let wanted = wanted.map(|purity| 100.0 * purity);
+    let up: Vec<f64> = layers.iter().flat_map(heights).chain(wanted).collect();
+    let mut chart = Chart {
+        title: "Purity and recovery".into(),
+        caption: format!(
+            "Each point is a threshold of detections; a line joins them in order, the lowest first. \
+             All items of {} together{}.",
+            match report.patterns {
+                1 => "the pattern".to_owned(),
+                patterns => format!("{patterns} patterns"),
+            },
+            match few && report.patterns > 1 {
+                true => ", with 95 % intervals",
+                false => "",
+            }
+        ),
+        x: ChartAxis::around("recovery [%]", across, false).up_to(100.0),
+        y: ChartAxis::around("purity [%]", up, false).up_to(100.0),
+        layers,
+        marks: Vec::new(),
+        legend: legend(report),
+    };
+    add_chosen(report, &mut chart);
+    Some(chart)
+}
+
+/// A threshold of a method; without its intervals if they would merge.
+fn purity_point(point: &PointReport, with_intervals: bool) -> Option<ChartPoint> {
+    let total = &point.sorting.as_ref()?.total;
+    let (purity, recovery) = (total.content.purity?, total.content.recovery?);
+    let ends = |ends: Option<Interval>| ends.filter(|_| with_intervals).map(percent);
+    Some(ChartPoint {
+        x: 100.0 * recovery,
+        y: 100.0 * purity,
+        across: ends(total.recovery_interval),
+        along: ends(total.purity_interval),
+        tip: format!("{} at {}: {}", point.title, point.value, total.words()),
+    })
+}
+
+/// The wanted purity and the chosen thresholds.
+fn add_chosen(report: &SweepReport, chart: &mut Chart) {
+    let Some(thresholds) = &report.thresholds else {
+        return;
+    };
+    chart.marks.push(ChartMark {
+        at: 100.0 * thresholds.purity,
+        upright: false,
+        ink: Ink::Faint,
+        shade_to: None,
+        label: String::new(),
+    });
+    chart.legend.push(marks_entry(Ink::Faint, "wanted purity"));
+    let mut is_chosen = false;
+    for (j, method) in thresholds.methods.iter().enumerate() {
+        let recovery = method.fresh.and_then(|fresh| fresh.content.recovery);
+        if let Some((threshold, recovery)) = method.threshold.zip(recovery) {
+            is_chosen = true;
+            let at = 100.0 * recovery;
+            let label = threshold.to_string();
+            chart.marks.push(mark(at, None, Ink::Series(j), label));
+        }
+    }
+    if is_chosen {
+        chart.caption += " Dashed upright lines: the thresholds that are chosen on other patterns.";
+        chart
+            .legend
+            .push(marks_entry(Ink::Text, "chosen threshold"));
     }
 }
 
@@ -159,7 +259,8 @@ fn lines(
     let layer = |j: usize| {
         let of_method = report.points.iter().skip(j).step_by(methods);
         let points = of_method.filter_map(|point| {
-            let (y, ends) = figure(point)?;
+            // A share of nothing is no point.
+            let (y, ends) = figure(point).filter(|(y, _)| y.is_finite())?;
             Some(method_point(report, point, (y, ends), unit).moved(aside(j)))
         });
         Layer::Points {
@@ -238,7 +339,7 @@ fn bound_points(
 ) -> Vec<ChartPoint> {
     let bounds = report.bounds.iter().flat_map(|bounds| &bounds.points);
     let point = |point: &BoundPoint| {
-        let y = bound(point)?;
+        let y = bound(point).filter(|y| y.is_finite())?;
         Some(ChartPoint {
             x: point.value,
             y,
@@ -268,7 +369,7 @@ fn heights(layer: &Layer) -> Vec<f64> {
 /// The axis of the swept values, and how points over it are drawn.
 fn across(report: &SweepReport) -> (ChartAxis, PointStyle) {
     let values = || report.points.iter().map(|point| point.value);
-    let counts = report.unit == "1";
+    let counts = report.sweep == "robots";
     let mut x = if counts {
         // Robots come in whole numbers.
         let first = values().fold(f64::INFINITY, f64::min);
@@ -308,6 +409,7 @@ fn aside(report: &SweepReport, style: PointStyle) -> impl Fn(usize) -> f64 + use
 
 fn axis_title(report: &SweepReport) -> String {
     match (report.sweep, report.unit) {
+        ("min-detection", _) => "lowest p_detection that is picked".into(),
         (name, "1") => format!("number of {name}"),
         ("speed", unit) => format!("belt speed [{unit}]"),
         ("spacing", unit) => format!("distance between neighbouring bases [{unit}]"),
