@@ -141,7 +141,7 @@ proptest! {
         let pattern = doubtful(&pattern, &numbers);
         let (items, conditions) = (pattern.items(), wrong(seed));
         let rules = rules(&numbers, station.robots().len());
-        let scene = Scene::under(&station, &pattern, conditions.clone()).unwrap();
+        let scene = Scene::under(&station, &pattern, wrong(seed)).unwrap();
         let outcome = simulate_rules(&scene, &rules).unwrap();
         let found = bin_contents(&scene, &outcome.picks);
         let truths = truths(items, &conditions);

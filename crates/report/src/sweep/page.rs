@@ -1,6 +1,7 @@
 //! The page of a sweep.
 
-use super::charts::{CHARTS, method_words};
+use super::chart_parts::method_words;
+use super::charts::CHARTS;
 use super::report::{BoundPoint, LimitReport, PointReport, SweepReport};
 use super::thresholds::{ThresholdReport, ThresholdsReport};
 use crate::columns::TableColumns;
