@@ -57,6 +57,9 @@ fn picked(report: &SweepReport) -> Option<Chart> {
     let mut chart = lines(report, "picked share [%]", " %", figure, bound);
     chart.title = "Items picked".into();
     chart.y = chart.y.up_to(100.0);
+    if report.is_of_thresholds() {
+        chart.caption += " Items below the threshold do not count.";
+    }
     let mut marked = false;
     let limits = report.limits.iter().filter(|_| !report.is_of_thresholds());
     let shaded = report.limits.len() <= MOST_SHADES && !report.helps;
