@@ -193,10 +193,10 @@ mod tests {
         let text = "\
             belt = { speed = 0.1, length = 3.0, width = 0.6 }\n\
             [[class]]\nname = \"wood\"\nwanted = false\n\
-            [[robot]]\nname = \"r1\"\nbase = [0.7, -0.4]\nreach = 0.8\nspeed = 50.0\n\
+            [[robot]]\nname = \"r1\"\nbase = [0.7, -0.4]\nreach = 0.8\nspeed = 50.0\ngrasp_time = 0.0\nrelease_time = 0.0\n\
             [[robot.bin]]\nname = \"pet\"\nat = [0.7, -0.5]\nclasses = [\"pet\"]\n\
             [[robot.bin]]\nname = \"mixed\"\nat = [0.8, -0.5]\nclasses = [\"pp\", \"hdpe\"]\n\
-            [[robot]]\nname = \"r2\"\nbase = [2.2, -0.4]\nreach = 0.7\nspeed = 50.0\n\
+            [[robot]]\nname = \"r2\"\nbase = [2.2, -0.4]\nreach = 0.7\nspeed = 50.0\ngrasp_time = 0.0\nrelease_time = 0.0\n\
             [[robot.bin]]\nname = \"rest\"\nat = [2.2, -0.5]\n\
             [[robot.bin]]\nname = \"pet\"\nat = [2.3, -0.5]\nclasses = [\"pet\"]\n";
         station::parse(text, "line.toml", Overrides::default()).unwrap()

@@ -358,10 +358,7 @@ fn odds(pattern: &Pattern, conditions: &Conditions) -> Vec<Odds> {
     let disturbances = &conditions.disturbances;
     let of_item = |item: &Item| Odds {
         grasp: disturbances.p_grasp(item),
-        detection: match disturbances.misdetections {
-            true => item.p_detection.unwrap_or(1.0),
-            false => 1.0,
-        },
+        detection: disturbances.p_detection(item),
     };
     let odds: Vec<Odds> = pattern.items().iter().map(of_item).collect();
     if odds.iter().all(|odds| *odds == Odds::SURE) {

@@ -18,6 +18,14 @@ pub enum TrueClass<'i> {
 }
 
 impl Disturbances {
+    /// The probability that `item` is what it is reported as, as far as it is known beforehand.
+    pub fn p_detection(&self, item: &Item) -> f64 {
+        match self.misdetections {
+            true => item.p_detection.unwrap_or(1.0),
+            false => 1.0,
+        }
+    }
+
     /// What `item`, with index `index` in its pattern, truly is. It is what was recorded, if
     /// anything was. Otherwise it is of the class that it is reported as with its `p_detection`, and
     /// nothing else. Without misdetections it is what it is reported as.
@@ -31,7 +39,7 @@ impl Disturbances {
             Some(Item::NOTHING) => TrueClass::Nothing,
             Some(class) => TrueClass::Of(Some(class)),
             None => {
-                let p = item.p_detection.unwrap_or(1.0);
+                let p = self.p_detection(item);
                 let mut rng = random_stream(self.seed ^ DETECTIONS, u64::from(index));
                 match rng.random::<f64>() < p {
                     true => reported,
@@ -44,7 +52,7 @@ impl Disturbances {
     /// Whether it is random what one of `items` truly is.
     pub fn draws_detections(&self, items: &[Item]) -> bool {
         let is_drawn = |item: &Item| {
-            let p = item.p_detection.unwrap_or(1.0);
+            let p = self.p_detection(item);
             item.true_class.is_none() && p > 0.0 && p < 1.0
         };
         self.misdetections && items.iter().any(is_drawn)
@@ -54,7 +62,7 @@ impl Disturbances {
     pub fn never_misdetects(&self, items: &[Item]) -> bool {
         let is_certain = |item: &Item| match &item.true_class {
             Some(_) => item.true_class == item.class,
-            None => item.p_detection.unwrap_or(1.0) == 1.0,
+            None => self.p_detection(item) == 1.0,
         };
         self.misdetections && items.iter().all(is_certain)
     }

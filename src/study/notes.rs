@@ -247,6 +247,8 @@ pub enum RobustScope {
     OwnSpeed,
     /// For each line separately.
     EveryLine,
+    /// For each threshold of detections; the patterns are described with the last one.
+    EveryThreshold,
 }
 
 impl fmt::Display for RobustNote {
@@ -279,6 +281,9 @@ impl fmt::Display for RobustNote {
             None => "",
             Some(RobustScope::OwnSpeed) => ", found at the station's own belt speed",
             Some(RobustScope::EveryLine) => ", found for every line",
+            Some(RobustScope::EveryThreshold) => {
+                ", found for every threshold, of which this is the last"
+            }
         })
     }
 }

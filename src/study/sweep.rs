@@ -8,7 +8,7 @@ use super::part::PartProgress;
 use super::patterns::{ScoredPatterns, with_detection_draws};
 use super::robust::{LineSearch, RobustGt, RobustTraining};
 use super::values::{self, LineAt, ValueOptions};
-use crate::error::{Error, Result, shown_number};
+use crate::error::{Error, Result, shown, shown_number};
 use crate::experiment::{
     Axis, Method, Setting, Sweep, ThresholdChoices, choose_thresholds, sweep_settings,
 };
@@ -212,7 +212,7 @@ impl<'a> SweepStudy<'a> {
         let mut set = source.build(&recipe)?;
         let generated = !matches!(source, PatternSource::Files(_));
         if axis == Axis::MinDetection {
-            check_training(options, generated)?;
+            check_training(options, generated, &set)?;
             lines = values::thresholds(&options.own.values, station, &set.patterns)?;
         }
         let is_usual = options.own.patterns.items().is_none() && recipe.items == usual;
@@ -377,6 +377,7 @@ impl<'a> SweepStudy<'a> {
         let scope = match (&self.options.own.methods.training, axis) {
             (RobustTraining::Given(_), _) => None,
             (_, Axis::Speed) => Some(RobustScope::OwnSpeed),
+            (_, Axis::MinDetection) => Some(RobustScope::EveryThreshold),
             _ => Some(RobustScope::EveryLine),
         };
         let mut settings = Vec::with_capacity(lines.len());
@@ -430,11 +431,22 @@ impl<'a> SweepStudy<'a> {
 /// Checks that there are patterns to choose a threshold on, other than those that are scored.
 ///
 /// # Errors
-/// The scored patterns are recorded and no others are named.
-fn check_training(options: &SweepOptions, generated: bool) -> Result<()> {
+/// The scored patterns are recorded and no others are named, or those that are named are among them
+/// or have no `p_detection`.
+fn check_training(options: &SweepOptions, generated: bool, scored: &PatternSet) -> Result<()> {
     match &options.own.methods.training {
         _ if options.own.purity.is_none() => return Ok(()),
-        RobustTraining::On(set) => return check_detections(set),
+        RobustTraining::On(set) => {
+            let mut labelled = set.labels.iter().zip(&set.patterns);
+            return match labelled.find(|(_, pattern)| scored.patterns.contains(pattern)) {
+                None => check_detections(set),
+                Some((label, _)) => Err(Error::usage(
+                    format!("'training': {}", shown(label)),
+                    "is one of the patterns that are swept, which would not be fresh",
+                    "name other patterns",
+                )),
+            };
+        }
         _ if generated => return Ok(()),
         _ => {}
     }

@@ -21,6 +21,7 @@ base = [0.8, -0.4]
 reach = 0.6
 speed = 0.6
 grasp_time = 0.4
+release_time = 0.2
 [[robot.bin]]
 name = \"pet\"
 at = [0.8, -0.5]
@@ -35,6 +36,7 @@ base = [2.4, -0.4]
 reach = 0.6
 speed = 0.6
 grasp_time = 0.4
+release_time = 0.2
 [[robot.bin]]
 name = \"rest\"
 at = [2.4, -0.5]
@@ -48,7 +50,7 @@ fn recorded(first: usize) -> String {
     let rows = (0..24).map(|i| {
         let n = 7 * i + 5 * first;
         let class = ["pet", "pp", "hdpe", "glass", "wood"][n % 5];
-        let p = ["0.9", "0.5", "", "0.7", "0.3"][n % 7 % 5];
+        let p = ["0.9", "0.5", "", "0.7", "0.3"][(3 * i + i / 5 + first) % 5];
         let truth = ["", "", "pet", "", "-", "", "hdpe", ""][n % 8];
         let (x, y) = (-0.11 * i as f64, 0.1 * (n % 5) as f64 - 0.2);
         format!("{i},{x},{y},{p},{class},{truth}\n")
@@ -133,7 +135,7 @@ fn student(runs: usize) -> f64 {
     }
 }
 
-/// A share over all runs with its ends, by the ratio estimator.
+/// A share over all runs with its ends, by the ratio estimator, or Wilson's if nothing scatters.
 fn pooled(runs: &[(usize, usize)]) -> [Option<f64>; 3] {
     let sum = |of: fn(&(usize, usize)) -> usize| runs.iter().map(of).sum::<usize>() as f64;
     let (hits, trials) = (sum(|run| run.0), sum(|run| run.1));
@@ -143,8 +145,18 @@ fn pooled(runs: &[(usize, usize)]) -> [Option<f64>; 3] {
     let (share, n) = (hits / trials, runs.len() as f64);
     let off = |run: &(usize, usize)| (run.0 as f64 - share * run.1 as f64) / (trials / n);
     let squares: f64 = runs.iter().map(|run| off(run).powi(2)).sum();
-    let half = student(runs.len()) * (squares / (n - 1.0) / n).sqrt();
-    let ends = [share - half, share + half].map(|end| Some(end.clamp(0.0, 1.0)));
+    let ends = if squares == 0.0 {
+        // Wilson's.
+        let z: f64 = 1.959_963_984_540_054;
+        let middle = (share + z * z / (2.0 * trials)) / (1.0 + z * z / trials);
+        let spread = share * (1.0 - share) / trials + (z / (2.0 * trials)).powi(2);
+        let half = z / (1.0 + z * z / trials) * spread.sqrt();
+        [middle - half, middle + half]
+    } else {
+        let half = student(runs.len()) * (squares / (n - 1.0) / n).sqrt();
+        [share - half, share + half]
+    };
+    let ends = ends.map(|end| Some(end.clamp(0.0, 1.0)));
     [Some(share), ends[0], ends[1]]
 }
 

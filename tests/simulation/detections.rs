@@ -141,7 +141,7 @@ proptest! {
         let pattern = doubtful(&pattern, &numbers);
         let (items, conditions) = (pattern.items(), wrong(seed));
         let rules = rules(&numbers, station.robots().len());
-        let scene = Scene::under(&station, &pattern, conditions.clone()).unwrap();
+        let scene = Scene::under(&station, &pattern, wrong(seed)).unwrap();
         let outcome = simulate_rules(&scene, &rules).unwrap();
         let found = bin_contents(&scene, &outcome.picks);
         let truths = truths(items, &conditions);
@@ -196,18 +196,26 @@ proptest! {
     }
 }
 
-/// Strategies that plan do not learn of it either.
+/// Looking ahead counts how certain a detection is, but does not learn what the item truly is.
 #[test]
 fn looking_ahead_is_the_same_whatever_items_truly_are() {
     let station = built_in("paper").unwrap().station(None).unwrap();
     let grid = pickline::pattern::grid(station.belt().width, 0.15, 60).unwrap();
     let pattern = doubtful(&grid, &[0, 4, 5, 15, 22]);
-    let run = |conditions: Conditions| {
-        let scene = Scene::under(&station, &pattern, conditions).unwrap();
+    let hidden = pattern.items().iter().map(|item| Item {
+        true_class: None,
+        ..item.clone()
+    });
+    let unknown = Pattern::new(hidden.collect()).unwrap();
+    let run = |pattern: &Pattern, conditions: Conditions| {
+        let scene = Scene::under(&station, pattern, conditions).unwrap();
         let blueprint = read_alone("lookahead", 2).unwrap();
         simulate(&scene, blueprint.make().as_mut()).unwrap()
     };
-    assert_eq!(run(wrong(3)), run(Conditions::default()));
+    let outcome = run(&pattern, wrong(3));
+    assert_eq!(run(&pattern, wrong(4)), outcome);
+    assert_eq!(run(&unknown, wrong(3)), outcome);
+    assert_ne!(run(&pattern, Conditions::default()).picks, outcome.picks);
 }
 
 /// By hand: a threshold is inclusive, and items without a probability are certain.

@@ -44,7 +44,7 @@ pub const ROWS: &[Row] = &[
         assert_near(off("0"), 0.0);
     }),
     // At the threshold the item is picked, below it there is nothing to pick.
-    row(&SIX, "--min-detection", |rig, verb| {
+    row(&RUNNING, "--min-detection", |rig, verb| {
         rig.write("p.csv", "id,x,y,p_detection\nA,0,0,0.6\n");
         let rate = |least: &str| {
             let quick = quick(verb);
@@ -59,6 +59,14 @@ pub const ROWS: &[Row] = &[
             let left = format!("{grid} --min-detection 0.6");
             assert_eq!(trained(rig, verb, &left), "robust GT [FIFO]");
         }
+    }),
+    row(&["bound"], "--min-detection", |rig, verb| {
+        rig.write("p.csv", "id,x,y,p_detection\nA,0,0,0.6\n");
+        let most = |least: &str| report(rig, verb, least)["picks_upper_bound"].clone();
+        assert_eq!(
+            [most("--min-detection 0.6"), most("--min-detection 0.61")],
+            [1, 0]
+        );
     }),
     row(&BINS, "--misdetections", |rig, verb| {
         // One item is what it is taken for, the other is not.

@@ -1,5 +1,7 @@
 //! The charts of a sweep.
 
+use super::chart_parts::{MOST_BARS, heights, legend, mark, marks_entry, method_words};
+use super::purity_chart::purity_chart;
 use super::report::{BoundPoint, LimitReport, PointReport, SweepReport};
 use crate::bound::rounded_up;
 use crate::charts::{
@@ -7,9 +9,7 @@ use crate::charts::{
     percent,
 };
 use crate::table::{fixed, interval};
-use pickline::experiment::policy_title;
 use pickline::stats::{self, Interval};
-use pickline::strategies::POLICY;
 
 /// The charts of a sweep, the main one first.
 pub(super) const CHARTS: &[ChartKind<SweepReport>] = &[
@@ -35,13 +35,11 @@ pub(super) const CHARTS: &[ChartKind<SweepReport>] = &[
     },
     ChartKind {
         name: "purity",
-        chart: purity,
+        chart: purity_chart,
         needs: "a sweep of the threshold of detections ('sweep_axis' min-detection)",
     },
 ];
 
-/// With more points than this, intervals are drawn as an area.
-const MOST_BARS: usize = 12;
 /// With more methods than this, their shades would merge.
 const MOST_SHADES: usize = 4;
 /// Share of the distance to the next value over which the methods' intervals are spread, so
@@ -59,6 +57,9 @@ fn picked(report: &SweepReport) -> Option<Chart> {
     let mut chart = lines(report, "picked share [%]", " %", figure, bound);
     chart.title = "Items picked".into();
     chart.y = chart.y.up_to(100.0);
+    if report.is_of_thresholds() {
+        chart.caption += " Items below the threshold do not count.";
+    }
     let mut marked = false;
     let limits = report.limits.iter().filter(|_| !report.is_of_thresholds());
     let shaded = report.limits.len() <= MOST_SHADES && !report.helps;
@@ -94,118 +95,6 @@ fn picked(report: &SweepReport) -> Option<Chart> {
             .push(marks_entry(Ink::Faint, "limits that the paper states"));
     }
     Some(chart)
-}
-
-fn mark(at: f64, shade_to: Option<f64>, ink: Ink, label: String) -> ChartMark {
-    ChartMark {
-        at,
-        upright: true,
-        ink,
-        shade_to,
-        label,
-    }
-}
-
-fn marks_entry(ink: Ink, words: &str) -> LegendLine {
-    LegendLine {
-        label: words.into(),
-        ink,
-        swatch: Swatch::Mark,
-    }
-}
-
-/// Purity over recovery, one line per method through its thresholds.
-fn purity(report: &SweepReport) -> Option<Chart> {
-    if !report.is_of_thresholds() {
-        return None;
-    }
-    let methods = report.limits.len();
-    let few = report.points.len() / methods.max(1) <= MOST_BARS;
-    let layer = |j: usize| {
-        let of_method = report.points.iter().skip(j).step_by(methods);
-        let points = of_method.filter_map(|point| purity_point(point, few));
-        Layer::Points {
-            ink: Ink::Series(j),
-            style: PointStyle::Line,
-            points: points.collect(),
-        }
-    };
-    let layers: Vec<Layer> = (0..methods).map(layer).collect();
-    let across = layers.iter().flat_map(|layer| match layer {
-        Layer::Points { points, .. } => points.iter().map(|point| point.x).collect(),
-        Layer::Bars(_) => Vec::new(),
-    });
-    let across: Vec<f64> = across.collect();
-    let wanted = report.thresholds.as_ref().map(|chosen| chosen.purity);
-    let wanted = wanted.map(|purity| 100.0 * purity);
-    let up: Vec<f64> = layers.iter().flat_map(heights).chain(wanted).collect();
-    let mut chart = Chart {
-        title: "Purity and recovery".into(),
-        caption: format!(
-            "Each point is a threshold of detections; a line joins them in order, the lowest first. \
-             All items of {} together{}.",
-            match report.patterns {
-                1 => "the pattern".to_owned(),
-                patterns => format!("{patterns} patterns"),
-            },
-            match few && report.patterns > 1 {
-                true => ", with 95 % intervals",
-                false => "",
-            }
-        ),
-        x: ChartAxis::around("recovery [%]", across, false).up_to(100.0),
-        y: ChartAxis::around("purity [%]", up, false).up_to(100.0),
-        layers,
-        marks: Vec::new(),
-        legend: legend(report),
-    };
-    add_chosen(report, &mut chart);
-    Some(chart)
-}
-
-/// A threshold of a method; without its intervals if they would merge.
-fn purity_point(point: &PointReport, with_intervals: bool) -> Option<ChartPoint> {
-    let total = &point.sorting.as_ref()?.total;
-    let (purity, recovery) = (total.content.purity?, total.content.recovery?);
-    let ends = |ends: Option<Interval>| ends.filter(|_| with_intervals).map(percent);
-    Some(ChartPoint {
-        x: 100.0 * recovery,
-        y: 100.0 * purity,
-        across: ends(total.recovery_interval),
-        along: ends(total.purity_interval),
-        tip: format!("{} at {}: {}", point.title, point.value, total.words()),
-    })
-}
-
-/// The wanted purity and the chosen thresholds.
-fn add_chosen(report: &SweepReport, chart: &mut Chart) {
-    let Some(thresholds) = &report.thresholds else {
-        return;
-    };
-    chart.marks.push(ChartMark {
-        at: 100.0 * thresholds.purity,
-        upright: false,
-        ink: Ink::Faint,
-        shade_to: None,
-        label: String::new(),
-    });
-    chart.legend.push(marks_entry(Ink::Faint, "wanted purity"));
-    let mut is_chosen = false;
-    for (j, method) in thresholds.methods.iter().enumerate() {
-        let recovery = method.fresh.and_then(|fresh| fresh.content.recovery);
-        if let Some((threshold, recovery)) = method.threshold.zip(recovery) {
-            is_chosen = true;
-            let at = 100.0 * recovery;
-            let label = threshold.to_string();
-            chart.marks.push(mark(at, None, Ink::Series(j), label));
-        }
-    }
-    if is_chosen {
-        chart.caption += " Dashed upright lines: the thresholds that are chosen on other patterns.";
-        chart
-            .legend
-            .push(marks_entry(Ink::Text, "chosen threshold"));
-    }
 }
 
 fn rate(report: &SweepReport) -> Option<Chart> {
@@ -354,18 +243,6 @@ fn bound_points(
     bounds.filter_map(point).collect()
 }
 
-/// Everything that the vertical axis must include.
-fn heights(layer: &Layer) -> Vec<f64> {
-    let Layer::Points { points, .. } = layer else {
-        return Vec::new();
-    };
-    let point = |point: &ChartPoint| {
-        let ends = point.along.unwrap_or(Interval::point(point.y));
-        [point.y, ends.low, ends.high]
-    };
-    points.iter().flat_map(point).collect()
-}
-
 /// The axis of the swept values, and how points over it are drawn.
 fn across(report: &SweepReport) -> (ChartAxis, PointStyle) {
     let values = || report.points.iter().map(|point| point.value);
@@ -414,41 +291,6 @@ fn axis_title(report: &SweepReport) -> String {
         ("speed", unit) => format!("belt speed [{unit}]"),
         ("spacing", unit) => format!("distance between neighbouring bases [{unit}]"),
         (name, unit) => format!("{name} [{unit}]"),
-    }
-}
-
-fn legend(report: &SweepReport) -> Vec<LegendLine> {
-    let methods = report.limits.len();
-    let entry = |(j, first): (usize, &PointReport)| {
-        // If each value is a line of its own, the assignment may differ along it.
-        let mut own = report.points.iter().skip(j).step_by(methods);
-        let label = if own.all(|point| point.title == first.title) {
-            first.title.clone()
-        } else {
-            method_words(&first.method)
-        };
-        LegendLine {
-            label,
-            ink: Ink::Series(j),
-            swatch: Swatch::Line,
-        }
-    };
-    report
-        .points
-        .iter()
-        .take(methods)
-        .enumerate()
-        .map(entry)
-        .collect()
-}
-
-/// A method's name in files in readable form.
-pub(super) fn method_words(id: &str) -> String {
-    match id {
-        "robust_gt" => "robust GT".into(),
-        "greedy_gt" => "greedy GT".into(),
-        POLICY => policy_title(),
-        other => other.into(),
     }
 }
 

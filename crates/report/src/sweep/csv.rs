@@ -2,7 +2,7 @@
 
 use super::report::SweepReport;
 use crate::csv_rows::{CsvRows, Displayed, OptionalNumber, high, low};
-use crate::purity::{PurityByBinReport, PurityColumns};
+use crate::purity::{PurityByBinReport, PurityColumns, PurityReport};
 use crate::table::column;
 use serde::Serialize;
 
@@ -37,6 +37,15 @@ struct PointFigures {
     recovery: OptionalNumber,
     recovery_low: OptionalNumber,
     recovery_high: OptionalNumber,
+}
+
+#[derive(Default, Serialize)]
+struct ChosenThresholdRow<'r> {
+    method: &'r str,
+    wanted_purity: Displayed<f64>,
+    min_detection: OptionalNumber,
+    /// `training` or `fresh`.
+    patterns: &'static str,
 }
 
 impl SweepReport {
@@ -99,6 +108,25 @@ impl SweepReport {
         });
         let rows = CsvRows::of(rows).renamed(|name| self.column_name(name));
         self.has_purity().then(|| rows.text(&self.made))
+    }
+
+    /// The thresholds, with what each gives on the training patterns and on fresh ones.
+    pub(super) fn thresholds_csv(&self) -> Option<String> {
+        let thresholds = self.thresholds.as_ref()?;
+        let rows = thresholds.methods.iter().flat_map(|method| {
+            let of = |patterns: &'static str, purity: Option<PurityReport>| {
+                let row = ChosenThresholdRow {
+                    method: &method.method,
+                    wanted_purity: Displayed(thresholds.purity),
+                    min_detection: method.threshold.map(Displayed),
+                    patterns,
+                };
+                let columns = purity.map(|purity| PurityColumns::new(None, &purity));
+                (row, columns.unwrap_or_default())
+            };
+            [of("training", method.trained), of("fresh", method.fresh)]
+        });
+        Some(CsvRows::of(rows).without(&["bin"]).text(&self.made))
     }
 
     /// The name of a column: that of the value is the varied quantity with its unit.

@@ -5,11 +5,13 @@
 //! | `report.rs` | the figures |
 //! | `thresholds.rs` | the thresholds of detections for a wanted purity |
 //! | `words.rs` | limits and recommendations in words |
-//! | `text.rs`, `csv.rs`, `charts.rs`, `page.rs` | how they are shown |
+//! | `text.rs`, `csv.rs`, `charts.rs`, `page.rs` | how they are shown; of charts, `purity_chart.rs` has one and `chart_parts.rs` what several use |
 
+mod chart_parts;
 mod charts;
 mod csv;
 mod page;
+mod purity_chart;
 mod report;
 mod text;
 mod thresholds;

@@ -1,11 +1,12 @@
 //! The page of a sweep.
 
-use super::charts::{CHARTS, method_words};
+use super::chart_parts::method_words;
+use super::charts::CHARTS;
 use super::report::{BoundPoint, LimitReport, PointReport, SweepReport};
 use super::thresholds::{ThresholdReport, ThresholdsReport};
 use crate::columns::TableColumns;
 use crate::page::{Cell, PageFigure, PageSection, PageTable, ReportPage, charts, escape};
-use crate::purity::{PURITY_CAPTION, purity_page_columns};
+use crate::purity::purity_page_columns;
 
 /// The page for `report`.
 pub(super) fn page(report: &SweepReport) -> String {
@@ -32,7 +33,9 @@ pub(super) fn page(report: &SweepReport) -> String {
     }
     if report.has_purity() {
         sections.push(PageSection::Long(
-            format!("Purity and recovery at every value. {PURITY_CAPTION}"),
+            "Purity (the share of what is binned that belongs there) and recovery (of what is due) at \
+             every value"
+                .into(),
             purities(report),
         ));
     }

@@ -1,8 +1,6 @@
 //! The thresholds of detections that a sweep names for a wanted purity.
 
-use super::report::SweepReport;
-use crate::csv_rows::{CsvRows, Displayed, OptionalNumber};
-use crate::purity::{PurityColumns, PurityReport};
+use crate::purity::PurityReport;
 use crate::table::fixed;
 use pickline::experiment::{ThresholdChoice, ThresholdChoices};
 use serde::Serialize;
@@ -99,35 +97,5 @@ impl ThresholdReport {
             purest_threshold: choice.purest.map(|purest| purest.0),
             purest_purity: choice.purest.map(|purest| purest.1),
         }
-    }
-}
-
-#[derive(Default, Serialize)]
-struct ChosenThresholdRow<'r> {
-    method: &'r str,
-    wanted_purity: Displayed<f64>,
-    min_detection: OptionalNumber,
-    /// `training` or `fresh`.
-    patterns: &'static str,
-}
-
-impl SweepReport {
-    /// The thresholds, with what each gives on the training patterns and on fresh ones.
-    pub(super) fn thresholds_csv(&self) -> Option<String> {
-        let thresholds = self.thresholds.as_ref()?;
-        let rows = thresholds.methods.iter().flat_map(|method| {
-            let of = |patterns: &'static str, purity: Option<PurityReport>| {
-                let row = ChosenThresholdRow {
-                    method: &method.method,
-                    wanted_purity: Displayed(thresholds.purity),
-                    min_detection: method.threshold.map(Displayed),
-                    patterns,
-                };
-                let columns = purity.map(|purity| PurityColumns::new(None, &purity));
-                (row, columns.unwrap_or_default())
-            };
-            [of("training", method.trained), of("fresh", method.fresh)]
-        });
-        Some(CsvRows::of(rows).without(&["bin"]).text(&self.made))
     }
 }
