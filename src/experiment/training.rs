@@ -43,7 +43,7 @@ pub fn training_set(
                     belt: *belt,
                     items: case.items,
                     shape: Default::default(),
-                    attributes: case.attributes,
+                    attributes: case.attributes.clone(),
                     seed,
                 };
                 grids_around(*spacing, &recipe, each)?.patterns

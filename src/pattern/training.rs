@@ -86,7 +86,10 @@ mod tests {
             attributes: Default::default(),
             seed: 1,
         };
-        let judged = Recipe { seed: 2, ..recipe };
+        let judged = Recipe {
+            seed: 2,
+            ..recipe.clone()
+        };
         for text in [
             "grid:0.15",
             "poisson:0.2:10",

@@ -111,6 +111,7 @@ impl ScoredPatterns {
                 ("'area_cm2'", self.attributes.area_cm2.is_some()),
                 ("'p_detection'", self.attributes.p_detection.is_some()),
                 ("'p_grasp'", self.attributes.p_grasp.is_some()),
+                ("'classes'", self.attributes.classes.is_some()),
             ];
             if let Some((option, _)) = given.iter().find(|(_, given)| *given) {
                 return Err(Error::usage(
@@ -124,7 +125,7 @@ impl ScoredPatterns {
             belt: *station.belt(),
             items: self.source.items(self.items, usual_items),
             shape: self.shape,
-            attributes: self.attributes,
+            attributes: self.attributes.clone(),
             seed,
         };
         let source = self.source.clone();

@@ -269,7 +269,7 @@ impl<'a> LineSearch<'a> {
         let recipe = Recipe {
             items: items.unwrap_or(scored.items),
             seed: self.seed,
-            ..*scored
+            ..scored.clone()
         };
         let count = how_many(source.expected_items(&recipe)?);
         let set = source.training_set(&recipe, count)?;

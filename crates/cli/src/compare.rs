@@ -149,13 +149,15 @@ fn with_attributes(cases: Vec<Case>, attributes: Attributes) -> Result<Vec<Case>
     }
     if !cases.iter().any(Case::is_generated) {
         return Err(Error::usage(
-            "--area, --p-detection and --p-grasp",
+            "--area, --p-detection, --p-grasp and --classes",
             "do not apply to recorded patterns",
             "leave them out; recorded patterns have their own items",
         ));
     }
     let cases = cases.into_iter();
-    Ok(cases.map(|case| case.with_attributes(attributes)).collect())
+    Ok(cases
+        .map(|case| case.with_attributes(attributes.clone()))
+        .collect())
 }
 
 impl ComparePlan {

@@ -10,7 +10,7 @@ use pickline::error::{Error, Result, shown, shown_number};
 use pickline::files;
 use pickline::optimize::{Limits, MostRuns};
 use pickline::pattern::{
-    self, Attributes, Distribution, Feed, FeedShape, Pattern, PatternSource, grid,
+    self, Attributes, ClassShares, Distribution, Feed, FeedShape, Pattern, PatternSource, grid,
 };
 use pickline::planning::Budget;
 use pickline::plausible::{CLUSTER_SPREAD, FLOW, GAP_LENGTH};
@@ -253,10 +253,15 @@ impl AttributeArgs {
             };
             text.as_ref().map(read).transpose()
         };
+        let classes = self.classes.as_deref().map(|text| {
+            text.parse::<ClassShares>()
+                .map_err(|e: Error| e.at(&format!("--classes {}", shown(text))))
+        });
         Ok(Attributes::default()
             .with_area_cm2(read(&self.area, "--area")?)
             .with_p_detection(read(&self.p_detection, "--p-detection")?)
-            .with_p_grasp(read(&self.p_grasp, "--p-grasp")?))
+            .with_p_grasp(read(&self.p_grasp, "--p-grasp")?)
+            .with_classes(classes.transpose()?))
     }
 }
 

@@ -1,7 +1,7 @@
 //! The patterns that are drawn, for a search, a sweep or a file.
 
 use super::rig::{RATE, Rig, assert_near, number};
-use super::runs::{one, rate_in};
+use super::runs::{on, one, rate_in};
 use super::{Row, hold, row};
 use crate::common::{csv_column, csv_rows};
 use std::collections::BTreeSet;
@@ -12,6 +12,8 @@ const SETS: [&str; 3] = ["optimize", "sweep", "game"];
 const ATTRIBUTES: [&str; 2] = ["optimize", "game"];
 /// Those that report only the weighted rate of what they draw.
 const EXPERIMENTS: [&str; 2] = ["compare", "sweep"];
+/// Verbs whose items have classes.
+const CLASSED: [&str; 4] = ["optimize", "game", "compare", "sweep"];
 const GENERATE: [&str; 1] = ["pattern generate"];
 
 pub const ROWS: &[Row] = &[
@@ -82,6 +84,27 @@ pub const ROWS: &[Row] = &[
     }),
     row(&EXPERIMENTS, "--p-grasp", |rig, verb| {
         worth(rig, verb, "--p-grasp const:0.4", 0.4 * 0.5);
+    }),
+    row(&CLASSED, "--classes", |rig, verb| {
+        // The one item is not wanted.
+        let station = format!(
+            "{}\n[[class]]\nname = \"wood\"\nwanted = false\n",
+            rig.read("one.toml")
+        );
+        rig.write("classed.toml", &station);
+        rig.write("c.toml", "[[case]]\nname = \"g\"\ngrid = 1.5\nitems = 1\n");
+        let call = on(verb, "classed.toml").replace("p.csv", "grid:1.5 --items 1");
+        let more = if verb == "compare" {
+            "--replicates 2"
+        } else {
+            ""
+        };
+        let rate = |flags: &str| {
+            let report = rig.json(&format!("{call} -q --format json {more} {flags}"));
+            rate_in(verb, &report)
+        };
+        assert_near(rate("--classes pet:1"), RATE);
+        assert_near(rate("--classes wood:1"), 0.0);
     }),
     row(&GENERATE, "<kind>", |rig, _| {
         let y = |kind: &str| csv_column(&generated(rig, kind), "y");
