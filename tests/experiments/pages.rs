@@ -241,7 +241,7 @@ fn figures_of_pages_are_those_of_their_reports() {
         (
             format!(
                 "sweep --patterns random:60/min:3 --items 40 --sweep min-detection --from 0.4 --to \
-                 0.8 --step 0.2 --purity 0.6 {doubtful} {given}"
+                 1 --step 0.2 --purity 0.6 {doubtful} {given}"
             ),
             "sweep.json",
         ),

@@ -106,6 +106,8 @@ impl Cell {
         match self {
             Self::Words(words) => format!("<td class=\"words\">{}</td>", escape(words)),
             Self::Text(text) => format!("<td>{}</td>", escape(text)),
+            // A share of nothing has no value, and is null in the report.
+            Self::Figure(figure) if figure.value.is_nan() => "<td>\u{2013}</td>".into(),
             Self::Figure(figure) => format!("<td>{}</td>", figure.html()),
             Self::Interval(low, high) => format!("<td>{} to {}</td>", low.html(), high.html()),
         }
