@@ -1,6 +1,7 @@
 //! Compares methods on cases, with paired differences.
 
 use super::case::Case;
+use super::class_result::class_results;
 use super::comparison::{CaseResult, Comparison, MethodResult};
 use super::draws::Draws;
 use super::method::{Method, MethodRun};
@@ -92,7 +93,9 @@ fn summarise(by_pattern: &[Vec<MethodRun>], methods: usize) -> Vec<MethodResult>
             let differences: Vec<f64> = rates.iter().zip(&first).map(|(a, b)| a - b).collect();
             let picking_rate = stats::mean(&rates);
             let shares = figure(method, &Figures::picked_share);
+            let classes = by_pattern.iter().map(|runs| runs[method].classes.as_slice());
             MethodResult {
+                classes: class_results(classes, None),
                 runs: by_pattern.iter().map(|runs| runs[method].clone()).collect(),
                 picked_share: stats::mean(&shares),
                 picked_share_interval: stats::share_mean_interval(&shares),

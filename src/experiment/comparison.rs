@@ -1,6 +1,7 @@
 //! The result of a comparison: all methods on all cases.
 
 use super::case::Case;
+use super::class_result::ClassResult;
 use super::method::{Method, MethodRun};
 use crate::stats::Interval;
 use crate::throughput::Throughput;
@@ -30,6 +31,8 @@ pub struct MethodResult {
     pub difference: Option<Interval>,
     /// Excess of the mean picking rate over the first method's, as a share.
     pub benefit: f64,
+    /// What it picked of each class; empty if no item has a class that matters on the station.
+    pub classes: Vec<ClassResult>,
 }
 
 /// All methods on one case.

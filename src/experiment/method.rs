@@ -3,7 +3,7 @@
 use crate::decision::{Figures, Outcome};
 use crate::dispatch::{RULES, RuleAssignment};
 use crate::error::{Error, Result};
-use crate::sim::{AssignmentTree, Scene, simulate, simulate_rules};
+use crate::sim::{AssignmentTree, ClassRun, Scene, class_runs, simulate, simulate_rules};
 use crate::strategies::{Blueprint, POLICY};
 use crate::throughput::{SteadyState, Unsteady, steady_state};
 
@@ -27,6 +27,8 @@ pub struct MethodRun {
     pub figures: Figures,
     /// The steady state of the run, or why there is none.
     pub steady: std::result::Result<SteadyState, Unsteady>,
+    /// What it picked of each class, on a station where classes matter.
+    pub classes: Vec<ClassRun>,
     /// The assignment that greedy GT chose.
     pub chosen: Option<RuleAssignment>,
 }
@@ -36,6 +38,7 @@ impl MethodRun {
         Self {
             figures: outcome.figures,
             steady: steady_state(scene, outcome),
+            classes: class_runs(scene, outcome),
             chosen,
         }
     }

@@ -1,5 +1,6 @@
 //! Varies one quantity of the line: belt speed, robots, spacing or reach.
 
+use super::class_result::{ClassBound, class_bounds, class_results};
 use super::method::{Method, MethodRun};
 use super::sweep_result::{Sweep, SweepBound, SweepPoint, SweepValue};
 use crate::clearance;
@@ -100,7 +101,18 @@ fn run_methods(
     let bound = bounded
         .then(|| bound_beside(&scene, picked.unwrap_or_default(), environment))
         .transpose()?;
-    Ok(Runs { runs, bound })
+    let classes = match bounded {
+        true => {
+            let classes: Vec<_> = runs.iter().map(|run| run.classes.as_slice()).collect();
+            class_bounds(&scene, &classes, environment)?
+        }
+        false => Vec::new(),
+    };
+    Ok(Runs {
+        runs,
+        bound,
+        classes,
+    })
 }
 
 /// Runs all methods at all settings on the same patterns. If failures are simulated, pattern i
@@ -164,15 +176,24 @@ pub fn sweep_settings(
 struct Runs {
     runs: Vec<MethodRun>,
     bound: Option<Bound>,
+    /// The bounds of the classes.
+    classes: Vec<ClassBound>,
 }
 
 /// The figures of every method at one value.
 fn summarise_methods(methods: &[Method], by_pattern: &[Runs]) -> Vec<SweepPoint> {
     let bounds = by_pattern.iter().map(|runs| runs.bound.as_ref());
     let most: Option<f64> = bounds.map(|bound| bound.map(|bound| bound.value)).sum();
+    let of_classes: Vec<Vec<ClassBound>> =
+        by_pattern.iter().map(|runs| runs.classes.clone()).collect();
     let point = |(i, method): (usize, &Method)| {
         let runs: Vec<&MethodRun> = by_pattern.iter().map(|runs| &runs.runs[i]).collect();
-        summarise(method, &runs, most)
+        let classes = runs.iter().map(|run| run.classes.as_slice());
+        let classes = class_results(classes, most.map(|_| of_classes.as_slice()));
+        SweepPoint {
+            classes,
+            ..summarise(method, &runs, most)
+        }
     };
     methods.iter().enumerate().map(point).collect()
 }
@@ -215,6 +236,7 @@ fn summarise(method: &Method, runs: &[&MethodRun], most: Option<f64>) -> SweepPo
             certified_percent(picked as f64, most)
         }),
         complete: figures.iter().map(Figures::complete).collect(),
+        classes: Vec::new(),
     }
 }
 
