@@ -64,7 +64,9 @@ pub fn class_bounds(
         let items = scene.pattern().items().iter();
         let counted = items.map(|item| item.class == *class).collect();
         let alike = runs.iter().copied().flatten();
-        let picked = alike.filter(|run| run.class == *class).map(|run| run.picked);
+        let picked = alike
+            .filter(|run| run.class == *class)
+            .map(|run| run.picked);
         let most = picked.max().unwrap_or_default();
         let bound = part_bound_beside(scene, counted, most, environment)?;
         Ok(ClassBound {
@@ -174,7 +176,15 @@ mod tests {
         let results = class_results(runs.iter().map(Vec::as_slice), Some(&bounds));
         let rows: Vec<_> = results
             .iter()
-            .map(|r| (r.class.as_deref(), r.items, r.picked, r.recovery, r.picks_bound))
+            .map(|r| {
+                (
+                    r.class.as_deref(),
+                    r.items,
+                    r.picked,
+                    r.recovery,
+                    r.picks_bound,
+                )
+            })
             .collect();
         assert_eq!(
             rows,
@@ -189,10 +199,20 @@ mod tests {
         assert_eq!(pet.certified, Some(80.0));
         // Residuals 8 - 5 and 12 - 15 over a mean of 20 items; t = 12.706 with one degree of
         // freedom, so that the interval reaches both ends.
-        assert_eq!(pet.recovery_interval, Some(Interval { low: 0.0, high: 1.0 }));
+        assert_eq!(
+            pet.recovery_interval,
+            Some(Interval {
+                low: 0.0,
+                high: 1.0
+            })
+        );
         assert_eq!(results[2].certified, None);
         let unbounded = class_results(runs.iter().map(Vec::as_slice), None);
-        assert!(unbounded.iter().all(|r| r.picks_bound.is_none() && r.certified.is_none()));
+        assert!(
+            unbounded
+                .iter()
+                .all(|r| r.picks_bound.is_none() && r.certified.is_none())
+        );
     }
 
     /// Three patterns by hand: residuals 1, -1 and 0 over a mean of 10, t = 4.30265.

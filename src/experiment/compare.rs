@@ -93,7 +93,9 @@ fn summarise(by_pattern: &[Vec<MethodRun>], methods: usize) -> Vec<MethodResult>
             let differences: Vec<f64> = rates.iter().zip(&first).map(|(a, b)| a - b).collect();
             let picking_rate = stats::mean(&rates);
             let shares = figure(method, &Figures::picked_share);
-            let classes = by_pattern.iter().map(|runs| runs[method].classes.as_slice());
+            let classes = by_pattern
+                .iter()
+                .map(|runs| runs[method].classes.as_slice());
             MethodResult {
                 classes: class_results(classes, None),
                 runs: by_pattern.iter().map(|runs| runs[method].clone()).collect(),

@@ -30,11 +30,7 @@ pub(crate) fn part_bound_beside(
     bound_within(scene, &options, environment)
 }
 
-fn bound_within(
-    scene: &Scene,
-    options: &BoundOptions,
-    environment: &Environment,
-) -> Result<Bound> {
+fn bound_within(scene: &Scene, options: &BoundOptions, environment: &Environment) -> Result<Bound> {
     let go_on = &mut |_, _| !environment.stopped();
     let bound = upper_bound(scene, options, go_on)?;
     if environment.stopped() {

@@ -1,6 +1,7 @@
 //! A comparison of methods: the paper's Tables 2 and 3 for the user's own line.
 
 use crate::bound::CaseBoundReport;
+use crate::classes::ClassReport;
 use crate::csv_rows::{Displayed, OptionalNumber};
 use crate::provenance::Provenance;
 use crate::throughput::ThroughputReport;
@@ -109,6 +110,9 @@ pub struct MethodResultReport {
     /// Its mean rate as a proven share of the highest rate [%].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified_rate_percent: Option<f64>,
+    /// What it picked of each class; omitted if no item has a class that matters on the station.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub classes: Vec<ClassReport>,
     /// The paper's figures for it, if the paper prints any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper: Option<PrintedReport>,
@@ -165,6 +169,12 @@ impl ComparisonReport {
     /// Whether items of some case have attributes, so that weight differs from the count.
     pub(super) fn weighs(&self) -> bool {
         self.cases.iter().any(|case| case.weighs)
+    }
+
+    /// Every class of every method on every case.
+    pub(super) fn classes(&self) -> impl Iterator<Item = &ClassReport> {
+        let results = self.cases.iter().flat_map(|case| &case.results);
+        results.flat_map(|result| &result.classes)
     }
 
     /// Whether some method reaches a steady state on some case.
@@ -235,6 +245,7 @@ fn case_report(
                 benefit_percent: 100.0 * of.benefit,
                 certified_percent: bound.map(|bound| bound.certified[i]),
                 certified_rate_percent: bound.and_then(|bound| bound.certified_rate[i]),
+                classes: ClassReport::all(&of.classes),
                 paper: printed.and_then(|printed| printed_report(method, printed)),
             })
             .collect(),

@@ -34,10 +34,6 @@ struct PointFigures {
 impl SweepReport {
     /// Every point; columns without figures are left out.
     pub(super) fn points_csv(&self) -> String {
-        let varied = match self.sweep {
-            "speed" => "belt_speed",
-            other => other,
-        };
         let methods = self.limits.len();
         let rows = self.points.iter().enumerate().map(|(i, point)| {
             let bound = self.bounds.as_ref().map(|b| &b.points[i / methods]);
@@ -67,10 +63,33 @@ impl SweepReport {
         });
         CsvRows::of(rows)
             .without_empty()
-            .renamed(|name| match name {
-                "value" => column(varied, self.unit),
-                name => name.to_owned(),
-            })
+            .renamed(|name| self.column_name(name))
             .text(&self.made)
+    }
+
+    /// What each method picks of each class, if there are classes.
+    pub(super) fn classes_csv(&self) -> Option<String> {
+        self.classes().next()?;
+        let points = self.points.iter();
+        let classes =
+            points.flat_map(|point| point.classes.iter().map(move |class| (point, class)));
+        let rows = classes.map(|(point, class)| {
+            let of = SweptMethod {
+                value: Displayed(point.value),
+                method: point.method.as_str(),
+            };
+            (of, class.csv_columns())
+        });
+        let rows = CsvRows::of(rows).renamed(|name| self.column_name(name));
+        Some(rows.text(&self.made))
+    }
+
+    /// The name of a column: that of the value is the varied quantity with its unit.
+    fn column_name(&self, name: &str) -> String {
+        match (name, self.sweep) {
+            ("value", "speed") => column("belt_speed", self.unit),
+            ("value", other) => column(other, self.unit),
+            _ => name.to_owned(),
+        }
     }
 }

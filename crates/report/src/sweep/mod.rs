@@ -23,6 +23,7 @@ use crate::verb_report::{ResultFile, VerbReport};
 impl VerbReport for SweepReport {
     const FILES: &'static [ResultFile<Self>] = &[
         ResultFile::text("sweep.csv", Self::points_csv),
+        ResultFile::if_any("classes.csv", Self::classes_csv),
         ResultFile::json("sweep.json"),
     ];
     const CHARTS: &'static [ChartKind<Self>] = charts::CHARTS;

@@ -1,5 +1,6 @@
 //! A sweep: figures over one varied quantity, and up to which value everything is picked.
 
+use crate::classes::ClassReport;
 use crate::provenance::Provenance;
 use crate::throughput::ThroughputReport;
 use pickline::error::spell_settings;
@@ -78,6 +79,9 @@ pub struct PointReport {
     /// Picks over all patterns as a proven share of the optimum [%]; omitted if not requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified_percent: Option<f64>,
+    /// What it picked of each class; omitted if no item has a class that matters on the station.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub classes: Vec<ClassReport>,
 }
 
 /// What no strategy can exceed, along a sweep.
@@ -216,6 +220,7 @@ impl PointReport {
             complete_share: point.complete_share,
             nearly_complete_share: point.nearly_complete_share,
             certified_percent: point.certified,
+            classes: ClassReport::all(&point.classes),
         }
     }
 }
@@ -324,6 +329,11 @@ impl SweepReport {
             "1" => self.sweep.to_owned(),
             unit => format!("{} [{unit}]", self.sweep),
         }
+    }
+
+    /// Every class of every method at every value.
+    pub(super) fn classes(&self) -> impl Iterator<Item = &ClassReport> {
+        self.points.iter().flat_map(|point| &point.classes)
     }
 
     /// Whether there is a throughput at some point.
