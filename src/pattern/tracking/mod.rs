@@ -41,6 +41,7 @@
 //!
 //! [`Pattern`]: crate::pattern::Pattern
 
+mod class_names;
 mod formats;
 mod import;
 mod link;
@@ -55,6 +56,7 @@ mod read;
 mod report;
 mod track;
 
+pub use class_names::ClassNames;
 pub(crate) use formats::recognised;
 pub use formats::{Format, Recording};
 pub use import::{Import, import};

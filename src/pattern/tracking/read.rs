@@ -52,7 +52,10 @@ pub(super) fn read(
     name: &str,
     options: &ImportOptions,
 ) -> Result<TrackFile> {
-    let source = formats::read(recording, name, options)?;
+    let mut source = formats::read(recording, name, options)?;
+    if let Some(names) = &options.class_names {
+        names.apply(&mut source, name)?;
+    }
     let cure = source.cure;
     let mut sorted = SortedLines::of(source, options);
     if sorted.file.lines == 0 {
