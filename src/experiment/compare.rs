@@ -62,7 +62,7 @@ pub fn compare_methods(
             seeds,
             methods: summarise(&by_pattern, methods.len()),
             bound: None,
-            weighs: patterns.iter().any(Pattern::has_attributes),
+            weighs: patterns.iter().any(|pattern| pattern.weighs_on(station)),
         });
     }
     environment.progress.end();

@@ -47,7 +47,8 @@ pub struct CaseResult {
     pub methods: Vec<MethodResult>,
     /// What no strategy can exceed, if the bound was requested.
     pub bound: Option<CaseBound>,
-    /// Whether items have attributes, so that weight differs from the count.
+    /// Whether items have attributes or classes of different value, so that weight differs from the
+    /// count.
     pub weighs: bool,
 }
 

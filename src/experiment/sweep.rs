@@ -168,7 +168,9 @@ pub fn sweep_settings(
     Ok(Sweep {
         values,
         planned: settings.len(),
-        weighs: patterns.iter().any(Pattern::has_attributes),
+        weighs: settings
+            .iter()
+            .any(|setting| patterns.iter().any(|p| p.weighs_on(&setting.station))),
     })
 }
 

@@ -82,7 +82,8 @@ pub struct Sweep {
     pub values: Vec<SweepValue>,
     /// Number of values that were asked for; fewer are complete after a stop request.
     pub planned: usize,
-    /// Whether items have attributes, so that weight differs from the count.
+    /// Whether items have attributes or classes of different value, so that weight differs from the
+    /// count.
     pub weighs: bool,
 }
 

@@ -68,7 +68,8 @@ pub struct RunReport {
     pub clearance: Option<ClearanceReport>,
     /// Where the result comes from.
     pub made: Provenance,
-    /// Whether items have attributes, so that weight differs from the count.
+    /// Whether items have attributes or classes of different value, so that weight differs from the
+    /// count.
     #[serde(rename = "items_have_attributes")]
     pub weighs: bool,
 }
@@ -295,7 +296,7 @@ impl RunReport {
             bound: None,
             clearance: None,
             made,
-            weighs: pattern.has_attributes(),
+            weighs: pattern.weighs_on(station),
         }
     }
 
