@@ -5,6 +5,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod class_columns;
 mod compare;
 mod compare_columns;
 mod complete;
