@@ -25,3 +25,4 @@ mod study_options;
 mod sweep;
 mod sweep_columns;
 mod training_seeds;
+mod tutorial;

@@ -169,7 +169,7 @@ pub const ROWS: &[Row] = &[
         let without = format!("{call} --class-names 1:pet");
         rig.refused(
             &without,
-            &["film.txt:", "class id 2 has no name", "--class-names"],
+            &["film.txt:", "class id 3 has no name", "--class-names"],
         );
         // The names are not overwritten.
         let over = format!("{call} --class-names names.txt --output names.txt --force");
