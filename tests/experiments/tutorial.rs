@@ -62,7 +62,7 @@ fn the_page_on_sorting_shows_what_its_commands_print() {
         }
         commands += 1;
     }
-    assert_eq!((commands, files), (8, 2));
+    assert_eq!((commands, files), (9, 2));
     assert!(shown > 30, "{shown}");
     for picture in ["delta.svg", "sorting.svg", "waste.html"] {
         assert!(folder.path().join(picture).is_file(), "{picture}");

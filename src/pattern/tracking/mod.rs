@@ -42,9 +42,11 @@
 //! [`Pattern`]: crate::pattern::Pattern
 
 mod class_names;
+mod class_naming;
 mod formats;
 mod import;
 mod link;
+mod listing;
 mod median;
 mod mismatch;
 mod motion;

@@ -1,5 +1,6 @@
 //! Turns lines into tracks, and separates broken lines and boxes without a track.
 
+use super::class_naming::name_classes;
 use super::formats::{self, FileLine, FileLines, Format, Recording};
 use super::options::{Boxes, ImportOptions};
 use super::track::{BoxSighting, Track};
@@ -54,7 +55,7 @@ pub(super) fn read(
 ) -> Result<TrackFile> {
     let mut source = formats::read(recording, name, options)?;
     if let Some(names) = &options.class_names {
-        names.apply(&mut source, name)?;
+        name_classes(names, &mut source, name)?;
     }
     let cure = source.cure;
     let mut sorted = SortedLines::of(source, options);
