@@ -100,11 +100,11 @@ fn views_show_what_is_left_and_where_arms_wait() {
     assert_eq!(view.places, rests);
     see(&mut line, 0.0, "pet", 0.9, PET);
     see(&mut line, 0.0, "paper", 0.3, r#","class":"paper""#);
-    for item in ["pet", "paper"] {
-        let stamp = line.0.status(false, 0).stamp;
-        let task = line.task(stamp + 1.5);
+    for (item, after) in [("pet", 0.1), ("paper", 0.7)] {
+        let stamp = line.0.status(false, 0).stamp + after;
+        let task = line.task(stamp);
         assert_eq!(task.item, item);
-        line.ack(stamp + 1.5, task.id);
+        line.ack(stamp, task.id);
         line.result(task.free_at, task.id, "PICKED");
         let bin = robots[0].bins.iter().find(|bin| bin.name == item).unwrap();
         let places = line.0.view(0).places;

@@ -29,7 +29,7 @@ struct Schedules<'a> {
 
 /// The items that are a part of their pattern, for bounds of such a part: every other one.
 fn is_part(item: usize) -> bool {
-    item % 2 == 0
+    item.is_multiple_of(2)
 }
 
 /// What a schedule has earned: items, their weight, and the items of the part.
