@@ -1,6 +1,7 @@
 //! Compares methods on cases, with paired differences.
 
 use super::case::Case;
+use super::class_result::class_results;
 use super::comparison::{CaseResult, Comparison, MethodResult};
 use super::draws::Draws;
 use super::method::{Method, MethodRun};
@@ -62,7 +63,7 @@ pub fn compare_methods(
             seeds,
             methods: summarise(&by_pattern, methods.len()),
             bound: None,
-            weighs: patterns.iter().any(Pattern::has_attributes),
+            weighs: patterns.iter().any(|pattern| pattern.weighs_on(station)),
         });
     }
     environment.progress.end();
@@ -95,7 +96,11 @@ fn summarise(by_pattern: &[Vec<MethodRun>], methods: usize) -> Vec<MethodResult>
             let shares = figure(method, &Figures::picked_share);
             let contents = by_pattern.iter().map(|runs| runs[method].contents.as_ref());
             let contents: Option<Vec<_>> = contents.collect();
+            let classes = by_pattern
+                .iter()
+                .map(|runs| runs[method].classes.as_slice());
             MethodResult {
+                classes: class_results(classes, None),
                 runs: by_pattern.iter().map(|runs| runs[method].clone()).collect(),
                 picked_share: stats::mean(&shares),
                 picked_share_interval: stats::share_mean_interval(&shares),

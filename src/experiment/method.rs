@@ -4,7 +4,7 @@ use crate::decision::{Figures, Outcome};
 use crate::dispatch::{RULES, RuleAssignment};
 use crate::error::{Error, Result};
 use crate::purity::{BinContents, bin_contents};
-use crate::sim::{AssignmentTree, Scene, simulate, simulate_rules};
+use crate::sim::{AssignmentTree, ClassRun, Scene, class_runs, simulate, simulate_rules};
 use crate::strategies::{Blueprint, POLICY};
 use crate::throughput::{SteadyState, Unsteady, steady_state};
 
@@ -30,6 +30,8 @@ pub struct MethodRun {
     pub steady: std::result::Result<SteadyState, Unsteady>,
     /// What truly went into the bins; `None` unless detections may be wrong.
     pub contents: Option<BinContents>,
+    /// What it picked of each class, on a station where classes matter.
+    pub classes: Vec<ClassRun>,
     /// The assignment that greedy GT chose.
     pub chosen: Option<RuleAssignment>,
 }
@@ -44,6 +46,7 @@ impl MethodRun {
                 .disturbances
                 .misdetections
                 .then(|| bin_contents(scene, &outcome.picks)),
+            classes: class_runs(scene, outcome),
             chosen,
         }
     }

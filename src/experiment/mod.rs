@@ -3,6 +3,7 @@
 mod bounds;
 mod case;
 mod case_file;
+mod class_result;
 mod compare;
 mod comparison;
 mod draws;
@@ -17,6 +18,7 @@ mod training;
 pub use bounds::add_bounds;
 pub use case::{Case, CaseSource};
 pub use case_file::load_cases;
+pub use class_result::{ClassBound, ClassResult, class_bounds};
 pub use compare::compare_methods;
 pub use comparison::{CaseBound, CaseResult, Comparison, MethodResult};
 pub use draws::Draws;

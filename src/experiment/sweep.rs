@@ -1,6 +1,7 @@
 //! Varies one quantity of the line: belt speed, robots, spacing, reach, or the threshold of
 //! detections.
 
+use super::class_result::{ClassBound, class_bounds, class_results};
 use super::method::{Method, MethodRun};
 use super::sweep_result::{Sweep, SweepBound, SweepPoint, SweepValue};
 use crate::clearance;
@@ -110,7 +111,18 @@ fn run_methods(
     let bound = bounded
         .then(|| bound_beside(&scene, picked.unwrap_or_default(), environment))
         .transpose()?;
-    Ok(Runs { runs, bound })
+    let classes = match bounded {
+        true => {
+            let classes: Vec<_> = runs.iter().map(|run| run.classes.as_slice()).collect();
+            class_bounds(&scene, &classes, environment)?
+        }
+        false => Vec::new(),
+    };
+    Ok(Runs {
+        runs,
+        bound,
+        classes,
+    })
 }
 
 /// Runs all methods at all settings on the same patterns. If failures are simulated, pattern i
@@ -166,7 +178,9 @@ pub fn sweep_settings(
     Ok(Sweep {
         values,
         planned: settings.len(),
-        weighs: patterns.iter().any(Pattern::has_attributes),
+        weighs: settings
+            .iter()
+            .any(|setting| patterns.iter().any(|p| p.weighs_on(&setting.station))),
     })
 }
 
@@ -174,15 +188,24 @@ pub fn sweep_settings(
 struct Runs {
     runs: Vec<MethodRun>,
     bound: Option<Bound>,
+    /// The bounds of the classes.
+    classes: Vec<ClassBound>,
 }
 
 /// The figures of every method at one value.
 fn summarise_methods(methods: &[Method], by_pattern: &[Runs]) -> Vec<SweepPoint> {
     let bounds = by_pattern.iter().map(|runs| runs.bound.as_ref());
     let most: Option<f64> = bounds.map(|bound| bound.map(|bound| bound.value)).sum();
+    let of_classes: Vec<Vec<ClassBound>> =
+        by_pattern.iter().map(|runs| runs.classes.clone()).collect();
     let point = |(i, method): (usize, &Method)| {
         let runs: Vec<&MethodRun> = by_pattern.iter().map(|runs| &runs.runs[i]).collect();
-        summarise(method, &runs, most)
+        let classes = runs.iter().map(|run| run.classes.as_slice());
+        let classes = class_results(classes, most.map(|_| of_classes.as_slice()));
+        SweepPoint {
+            classes,
+            ..summarise(method, &runs, most)
+        }
     };
     methods.iter().enumerate().map(point).collect()
 }
@@ -227,6 +250,7 @@ fn summarise(method: &Method, runs: &[&MethodRun], most: Option<f64>) -> SweepPo
         }),
         purity: contents.and_then(|contents| PurityByBin::of(&contents)),
         complete: figures.iter().map(Figures::complete).collect(),
+        classes: Vec::new(),
     }
 }
 

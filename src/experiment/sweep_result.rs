@@ -1,5 +1,6 @@
 //! What a sweep found: each method at each value, and up to which value it picks everything.
 
+use super::class_result::ClassResult;
 use crate::error::{Error, Result, known_names, shown};
 use crate::purity::PurityByBin;
 use crate::stats::Interval;
@@ -37,6 +38,8 @@ pub struct SweepPoint {
     pub certified: Option<f64>,
     /// Purity and recovery; `None` unless detections may be wrong.
     pub purity: Option<PurityByBin>,
+    /// What it picked of each class; empty if no item has a class that matters on the station.
+    pub classes: Vec<ClassResult>,
     /// For each pattern, whether everything was picked.
     pub(super) complete: Vec<bool>,
 }
@@ -82,7 +85,8 @@ pub struct Sweep {
     pub values: Vec<SweepValue>,
     /// Number of values that were asked for; fewer are complete after a stop request.
     pub planned: usize,
-    /// Whether items have attributes, so that weight differs from the count.
+    /// Whether items have attributes or classes of different value, so that weight differs from the
+    /// count.
     pub weighs: bool,
 }
 
@@ -243,6 +247,7 @@ mod tests {
             nearly_complete_share: 1.0,
             certified: None,
             purity: None,
+            classes: Vec::new(),
             complete: vec![true],
         };
         let values = throughputs.iter().zip(arms_meet).enumerate();

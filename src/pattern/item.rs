@@ -174,6 +174,13 @@ impl Pattern {
         self.items.iter().any(has)
     }
 
+    /// Whether weights on `station` say more than counts: items have attributes, or classes of
+    /// different value.
+    pub fn weighs_on(&self, station: &Station) -> bool {
+        let is_valued = |item: &Item| station.value_of(item.class_on(station)) != 1.0;
+        self.has_attributes() || self.items.iter().any(is_valued)
+    }
+
     /// Creates a pattern after checking and sorting the items.
     ///
     /// # Errors

@@ -6,7 +6,7 @@ use self::timing::RobotTiming;
 use super::options::Goal;
 use super::plan::NOBODY;
 use crate::decision::{Candidate, Odds, Snapshot};
-use crate::station::{ClassId, Robot, Station};
+use crate::station::{ClassId, Station};
 
 /// The planner's copy of a [`Snapshot`]. Items are identified by their *place* in it, which is
 /// downstream first as in the pattern, so that ties are broken as in the simulator.
@@ -385,7 +385,7 @@ impl Horizon {
                 odds: Odds::SURE,
             })
             .collect();
-        let start = |robot: &Robot| robot.start() as u16;
+        let start = |robot: &crate::station::Robot| robot.start() as u16;
         let places: Vec<u16> = station.robots().iter().map(start).collect();
         let snapshot = Snapshot {
             station,

@@ -6,6 +6,7 @@ mod attempt;
 mod buffers;
 mod cascade;
 mod claims;
+mod class_run;
 mod conditions;
 mod event_loop;
 mod queue;
@@ -19,6 +20,7 @@ mod windows;
 
 pub use buffers::RunBuffers;
 pub use cascade::Cascade;
+pub use class_run::{ClassRun, class_runs};
 pub use conditions::{Conditions, Disturbances};
 pub use event_loop::{simulate, simulate_observed, simulate_rules};
 pub use run::Run;

@@ -126,6 +126,11 @@ impl<'a> BoundStudy<'a> {
         Ok(Self { scene, options })
     }
 
+    /// The pattern on the station.
+    pub fn scene(&self) -> &Scene<'a> {
+        &self.scene
+    }
+
     /// Remarks on the settings.
     pub fn notes(&self) -> Vec<Note> {
         failure_note(&self.scene).into_iter().collect()

@@ -3,6 +3,7 @@
 use crate::dispatch::RULES;
 use crate::pattern::{Item, PatternSet};
 use crate::sim::{Conditions, Scene};
+use crate::station::Station;
 use std::fmt;
 
 /// A remark that belongs to a result. Its text names settings in single quotes, as
@@ -322,9 +323,10 @@ pub(super) fn failure_note(scene: &Scene) -> Option<Note> {
         .then_some(Note::NothingFails)
 }
 
-/// Notes for any result on `set` under `conditions`, of which `patterns` patterns were used.
+/// Notes for any result on `station` with `set` under `conditions`, of which `patterns` patterns were used.
 /// `independent` is the number of patterns on which the cascade could be used.
 pub fn set_notes(
+    station: &Station,
     set: &PatternSet,
     conditions: &Conditions,
     independent: usize,
@@ -332,13 +334,14 @@ pub fn set_notes(
 ) -> Vec<Note> {
     let items = set.patterns.iter().map(|pattern| pattern.items());
     let mut notes = detection_notes(conditions, items);
-    let mut rewards = set
+    let mut weights = set
         .patterns
         .iter()
         .flat_map(|p| p.items())
-        .map(|i| i.reward());
-    let first = rewards.next();
-    if first.is_some_and(|first| rewards.all(|reward| reward == first)) {
+        .filter(|item| station.takes(item.class_on(station)))
+        .map(|item| item.weight_on(station));
+    let first = weights.next();
+    if first.is_some_and(|first| weights.all(|weight| weight == first)) {
         notes.push(Note::EqualWeights);
     }
     let overlapping = patterns.saturating_sub(independent);

@@ -6,12 +6,13 @@ use crate::checker;
 use crate::clearance::{self, Clearance};
 use crate::decision::{Observer, Outcome};
 use crate::error::Result;
+use crate::experiment::{ClassBound, class_bounds};
 use crate::optimize::{Environment, bound_beside};
 use crate::pattern::Pattern;
 use crate::planning::Allowance;
 use crate::planning::bound::Bound;
 use crate::setters::setters;
-use crate::sim::{Conditions, Scene, Trace, simulate_observed};
+use crate::sim::{Conditions, Scene, Trace, class_runs, simulate_observed};
 use crate::station::Station;
 use crate::strategies::{Blueprint, StrategySpec};
 
@@ -91,6 +92,8 @@ pub struct SimulatedRun<'a> {
     pub clearance: Option<Clearance>,
     /// What no strategy can exceed, if asked for.
     pub bound: Option<Bound>,
+    /// The same for each wanted class; empty if no item has a class that matters.
+    pub class_bounds: Vec<ClassBound>,
     /// Remarks on the settings.
     pub notes: Vec<Note>,
 }
@@ -169,12 +172,17 @@ impl<'a> SimulateStudy<'a> {
             true => Some(bound_beside(scene, outcome.figures.picked, environment)?),
             false => None,
         };
+        let class_bounds = match options.bound {
+            true => class_bounds(scene, &[&class_runs(scene, &outcome)], environment)?,
+            false => Vec::new(),
+        };
         Ok(SimulatedRun {
             strategy: strategy.name(),
             outcome,
             trace,
             clearance,
             bound,
+            class_bounds,
             notes: self.notes(),
         })
     }

@@ -5,6 +5,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod class_columns;
 mod compare;
 mod compare_columns;
 mod complete;
@@ -25,3 +26,4 @@ mod study_options;
 mod sweep;
 mod sweep_columns;
 mod training_seeds;
+mod tutorial;

@@ -174,6 +174,7 @@ impl SimulatePlan {
         }
         let bound = run.bound.as_ref();
         report.bound = bound.map(|bound| CertifiedReport::new(&outcome.figures, bound));
+        report.certify_classes(&run.class_bounds);
         let mut outputs = Outputs::default();
         if let Some(trace) = &run.trace {
             let origin = report.made.csv_comment();

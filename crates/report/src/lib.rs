@@ -2,6 +2,7 @@
 
 mod bound;
 mod charts;
+mod classes;
 mod clearance;
 mod columns;
 mod comparison;
@@ -31,6 +32,7 @@ mod verb_report;
 
 pub use bound::{BoundReport, CertifiedReport};
 pub use charts::ChartKind;
+pub use classes::ClassReport;
 pub use clearance::{ClearanceReport, arms_apart};
 pub use comparison::ComparisonReport;
 pub use description::DescriptionReport;

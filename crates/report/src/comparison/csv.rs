@@ -19,6 +19,11 @@ struct PatternCounts {
 }
 
 #[derive(Default, Serialize)]
+struct PatternCount {
+    patterns: usize,
+}
+
+#[derive(Default, Serialize)]
 struct PickedTime {
     picked_share: Displayed<f64>,
     end_s: Displayed<f64>,
@@ -100,6 +105,26 @@ impl ComparisonReport {
                 patterns: case.patterns,
             }
         })
+    }
+
+    /// What each method picks of each class, if there are classes.
+    pub(super) fn classes_csv(&self) -> Option<String> {
+        self.classes().next()?;
+        let classes = self.results().flat_map(|(_, case, result)| {
+            let classes = result.classes.iter();
+            classes.map(move |class| (case, result, class))
+        });
+        let rows = classes.map(|(case, result, class)| {
+            let of = CaseMethod {
+                case: &case.name,
+                method: &result.method,
+            };
+            let patterns = PatternCount {
+                patterns: case.patterns,
+            };
+            (of, class.csv_columns(), patterns)
+        });
+        Some(CsvRows::of(rows).text(&self.made))
     }
 
     /// Every run.

@@ -25,6 +25,7 @@ impl VerbReport for ComparisonReport {
         ResultFile::text("picking_rate.csv", Self::picking_rate_csv),
         ResultFile::text("runs.csv", Self::runs_csv),
         ResultFile::if_any("purity.csv", Self::purity_csv),
+        ResultFile::if_any("classes.csv", Self::classes_csv),
         ResultFile::json("compare.json"),
     ];
     const CHARTS: &'static [ChartKind<Self>] = charts::CHARTS;

@@ -1,6 +1,7 @@
 //! A comparison of methods: the paper's Tables 2 and 3 for the user's own line.
 
 use crate::bound::CaseBoundReport;
+use crate::classes::ClassReport;
 use crate::csv_rows::{Displayed, OptionalNumber};
 use crate::provenance::Provenance;
 use crate::purity::{PageGroup, PurityByBinReport, PurityRow};
@@ -116,6 +117,9 @@ pub struct MethodResultReport {
     /// Purity and recovery of the bins; omitted unless detections may be wrong.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sorting: Option<PurityByBinReport>,
+    /// What it picked of each class; omitted if no item has a class that matters on the station.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub classes: Vec<ClassReport>,
     /// The paper's figures for it, if the paper prints any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper: Option<PrintedReport>,
@@ -196,6 +200,12 @@ impl ComparisonReport {
         rows
     }
 
+    /// Every class of every method on every case.
+    pub(super) fn classes(&self) -> impl Iterator<Item = &ClassReport> {
+        let results = self.cases.iter().flat_map(|case| &case.results);
+        results.flat_map(|result| &result.classes)
+    }
+
     /// Whether some method reaches a steady state on some case.
     pub(super) fn is_steady(&self) -> bool {
         let mut results = self.cases.iter().flat_map(|case| &case.results);
@@ -265,6 +275,7 @@ fn case_report(
                 certified_percent: bound.map(|bound| bound.certified[i]),
                 certified_rate_percent: bound.and_then(|bound| bound.certified_rate[i]),
                 sorting: of.purity.as_ref().map(PurityByBinReport::new),
+                classes: ClassReport::all(&of.classes),
                 paper: printed.and_then(|printed| printed_report(method, printed)),
             })
             .collect(),

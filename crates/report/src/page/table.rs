@@ -9,7 +9,7 @@ use pickline::stats::Interval;
 use std::fmt::Write as _;
 
 /// What stands in a row of a table under one header.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) enum Cell {
     /// Words, left-aligned.
     Words(String),
@@ -22,7 +22,7 @@ pub(crate) enum Cell {
 }
 
 /// A figure of the JSON report.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct PageFigure {
     /// Its path in the report, such as `cases.0.items`.
     path: String,

@@ -129,6 +129,23 @@ impl SweepReport {
         Some(CsvRows::of(rows).without(&["bin"]).text(&self.made))
     }
 
+    /// What each method picks of each class, if there are classes.
+    pub(super) fn classes_csv(&self) -> Option<String> {
+        self.classes().next()?;
+        let points = self.points.iter();
+        let classes =
+            points.flat_map(|point| point.classes.iter().map(move |class| (point, class)));
+        let rows = classes.map(|(point, class)| {
+            let of = SweptMethod {
+                value: Displayed(point.value),
+                method: point.method.as_str(),
+            };
+            (of, class.csv_columns())
+        });
+        let rows = CsvRows::of(rows).renamed(|name| self.column_name(name));
+        Some(rows.text(&self.made))
+    }
+
     /// The name of a column: that of the value is the varied quantity with its unit.
     fn column_name(&self, name: &str) -> String {
         match (name, self.sweep) {

@@ -29,6 +29,7 @@ impl VerbReport for SweepReport {
         ResultFile::text("sweep.csv", Self::points_csv),
         ResultFile::if_any("purity.csv", Self::purity_csv),
         ResultFile::if_any("thresholds.csv", Self::thresholds_csv),
+        ResultFile::if_any("classes.csv", Self::classes_csv),
         ResultFile::json("sweep.json"),
     ];
     const CHARTS: &'static [ChartKind<Self>] = charts::CHARTS;

@@ -4,6 +4,7 @@ use super::chart_parts::method_words;
 use super::charts::CHARTS;
 use super::report::{BoundPoint, LimitReport, PointReport, SweepReport};
 use super::thresholds::{ThresholdReport, ThresholdsReport};
+use crate::classes::{ClassPageRow, class_page_columns};
 use crate::columns::TableColumns;
 use crate::page::{Cell, PageFigure, PageSection, PageTable, ReportPage, charts, escape};
 use crate::purity::purity_page_columns;
@@ -43,6 +44,14 @@ pub(super) fn page(report: &SweepReport) -> String {
         format!("All {} figures of the sweep", report.points.len()),
         points(report),
     ));
+    if report.classes().next().is_some() {
+        sections.push(PageSection::Long(
+            "Recovery of each class: the share of its items that is picked, over all patterns \
+             together"
+                .into(),
+            classes(report),
+        ));
+    }
     sections.push(PageSection::List("Notes".into(), report.notes.clone()));
     let page = ReportPage {
         title: format!(
@@ -433,6 +442,28 @@ fn with_bound_columns<'c>(
                 Some(PageFigure::new(path("picking_rate_per_min"), rate, 2))
             })
         })
+}
+
+/// What each method picks of each class at every value.
+fn classes(report: &SweepReport) -> PageTable {
+    let mut rows = Vec::new();
+    for (i, point) in report.points.iter().enumerate() {
+        for (place, class) in point.classes.iter().enumerate() {
+            let first = i % report.limits.len() == 0 && place == 0;
+            let row = ClassPageRow {
+                group: match first {
+                    true => PageFigure::exact(format!("points.{i}.value"), point.value).into(),
+                    false => Cell::empty(),
+                },
+                method: if place == 0 { &point.title } else { "" },
+                class,
+                path: format!("points.{i}.classes.{place}"),
+            };
+            rows.push((place == 0, row));
+        }
+    }
+    let (many, bounded) = (report.patterns > 1, report.bounds.is_some());
+    PageTable::of(&class_page_columns(&report.varied(), many, bounded), rows)
 }
 
 fn points(report: &SweepReport) -> PageTable {

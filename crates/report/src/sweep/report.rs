@@ -1,6 +1,7 @@
 //! A sweep: figures over one varied quantity, and up to which value everything is picked.
 
 use super::thresholds::ThresholdsReport;
+use crate::classes::ClassReport;
 use crate::provenance::Provenance;
 use crate::purity::{PageGroup, PurityByBinReport, PurityRow};
 use crate::throughput::ThroughputReport;
@@ -88,6 +89,9 @@ pub struct PointReport {
     /// Purity and recovery of the bins; omitted unless detections may be wrong.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sorting: Option<PurityByBinReport>,
+    /// What it picked of each class; omitted if no item has a class that matters on the station.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub classes: Vec<ClassReport>,
 }
 
 /// What no strategy can exceed, along a sweep.
@@ -227,6 +231,7 @@ impl PointReport {
             nearly_complete_share: point.nearly_complete_share,
             certified_percent: point.certified,
             sorting: point.purity.as_ref().map(PurityByBinReport::new),
+            classes: ClassReport::all(&point.classes),
         }
     }
 }
@@ -370,6 +375,11 @@ impl SweepReport {
             "1" => self.sweep.to_owned(),
             unit => format!("{} [{unit}]", self.sweep),
         }
+    }
+
+    /// Every class of every method at every value.
+    pub(super) fn classes(&self) -> impl Iterator<Item = &ClassReport> {
+        self.points.iter().flat_map(|point| &point.classes)
     }
 
     /// Whether there is a throughput at some point.

@@ -2,6 +2,7 @@
 
 use super::report::{BoundPoint, LimitReport, PointReport, SweepReport};
 use crate::bound::rounded_up;
+use crate::classes::{RecoveryRow, recovery_table};
 use crate::columns::TableColumns;
 use crate::game_theory::GT_LINE;
 use crate::purity::purity_table;
@@ -39,6 +40,7 @@ impl SweepReport {
             let rows: Vec<_> = self.purities().into_iter().flatten().collect();
             text += &purity_table(&self.varied(), &rows);
         }
+        text += &self.recoveries();
         // What is below a threshold does not count as missed, so a limit would say nothing.
         let limits = self.limits.iter().filter(|_| !self.is_of_thresholds());
         for limit in limits {
@@ -72,6 +74,30 @@ impl SweepReport {
             text += &format!("note      {note}\n");
         }
         text + &self.made.lines()
+    }
+
+    /// The recovery of each class; empty without classes.
+    fn recoveries(&self) -> String {
+        let methods = self.limits.len();
+        let mut rows = Vec::new();
+        for (i, point) in self.points.iter().enumerate() {
+            rows.push(RecoveryRow {
+                group: match i % methods {
+                    0 => point.value.to_string(),
+                    _ => String::new(),
+                },
+                method: Some(&point.title),
+                classes: &point.classes,
+            });
+            if self.bounds.is_some() && i % methods == methods - 1 {
+                rows.push(RecoveryRow {
+                    group: String::new(),
+                    method: None,
+                    classes: &point.classes,
+                });
+            }
+        }
+        recovery_table(&self.varied(), self.classes(), rows)
     }
 
     fn columns(&self, many: bool) -> TableColumns<'_, SweepTextRow<'_>, String> {
