@@ -1,10 +1,7 @@
 //! What can be planned at one decision: the items in view and the robots that can reach them.
 
-mod timing;
-
-use self::timing::RobotTiming;
 use super::options::Goal;
-use super::plan::NOBODY;
+use super::timing::{ItemReach, RobotTiming};
 use crate::decision::{Candidate, Odds, Snapshot};
 use crate::station::{ClassId, Station};
 
@@ -40,27 +37,8 @@ pub(super) struct Horizon {
     /// `Candidate::item` is the place. Windows are the widest over the places of the robot.
     pub queues: Vec<Vec<Candidate>>,
     arms: Vec<RobotTiming>,
-    belt_speed: f64,
-    belt_length: f64,
     /// The widest windows of the item being added, one per robot.
     widest: Vec<Option<(f64, f64)>>,
-}
-
-/// One item for one robot.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct ItemReach {
-    /// Position along the travel at time 0 [m].
-    x0: f64,
-    /// Position across the belt [m].
-    y: f64,
-    /// The bin that it goes into, which is where the arm is then.
-    pub bin: u16,
-    /// First departure that meets it, from any place [s]; infinite if there is none.
-    pub open: f64,
-    /// Last departure that meets it, from any place [s]; minus infinity if there is none.
-    pub close: f64,
-    /// Shortest possible duration of picking it [s].
-    pub shortest: f64,
 }
 
 /// An attempt at an item that is to be planned.
@@ -104,22 +82,22 @@ impl Horizon {
         let robots = station.robots().len();
         self.now = snapshot.time;
         self.robot = snapshot.robot;
-        self.belt_speed = station.belt().speed;
         self.free.clear();
         let free = snapshot.free_at.iter();
         self.free.extend(free.map(|free| free.max(snapshot.time)));
         self.free[snapshot.robot] = snapshot.time;
-        self.belt_length = station.belt().length;
         // Robots do not change within a run, and copying their bins would take long.
         let robots_of =
             |arms: &[RobotTiming]| arms.iter().map(|arm| &arm.robot).eq(station.robots());
         if !robots_of(&self.arms) {
             self.arms.clear();
             let all = station.robots().iter();
-            self.arms.extend(all.map(|robot| RobotTiming::of(robot, 0)));
+            self.arms
+                .extend(all.map(|robot| RobotTiming::of(robot, station.belt())));
         }
         for (arm, place) in self.arms.iter_mut().zip(snapshot.places) {
             arm.place = *place;
+            arm.put_on(station.belt());
         }
         self.items.clear();
         self.attempts.clear();
@@ -257,7 +235,7 @@ impl Horizon {
                 shortest: f64::INFINITY,
             };
             if window.is_some() {
-                reach.shortest = self.shortest(robot, &reach);
+                reach.shortest = self.arms[robot].shortest(&reach);
             }
             self.reach[robot].push(reach);
             if window.is_some() {
@@ -291,12 +269,12 @@ impl Horizon {
         found.ok().map(|at| self.places[at].1)
     }
 
-    /// The place of the next attempt at an item of the pattern that nobody owns.
-    pub(super) fn next_place(&self, item: u32, owner: &[u16]) -> Option<u32> {
-        let first = self.place(item)?;
-        (first..)
-            .take_while(|&place| self.items.get(place as usize) == Some(&item))
-            .find(|&place| owner[place as usize] == NOBODY)
+    /// The places of an item of the pattern, one for each attempt.
+    pub(super) fn places_of(&self, item: u32) -> impl Iterator<Item = u32> {
+        let first = self.place(item).into_iter();
+        first
+            .flat_map(|first| first..)
+            .take_while(move |&place| self.items.get(place as usize) == Some(&item))
     }
 
     /// Shortest possible duration of a pick, averaged over robots and the items within their
@@ -332,6 +310,20 @@ impl Horizon {
     /// Number of places of `robot`.
     pub(super) fn places(&self, robot: usize) -> usize {
         self.arms[robot].places
+    }
+
+    /// When `robot` is free again if it leaves `from` for the item at `start` [s].
+    #[inline(always)]
+    pub(super) fn finish(&self, robot: usize, from: u16, reach: &ItemReach, start: f64) -> f64 {
+        self.arms[robot].finish(from, reach, start)
+    }
+
+    /// The last departure from `from` at which `robot`, leaving for the item, is free again by
+    /// `deadline` [s].
+    #[inline(always)]
+    pub(super) fn latest_start(&self, robot: usize, from: u16, place: u32, deadline: f64) -> f64 {
+        let (reach, window) = (self.reach(robot, place), self.window(robot, from, place));
+        self.arms[robot].latest_start(from, reach, window, deadline)
     }
 
     /// The window [s] of the item at `place` for `robot` that leaves `from`; it closes before it

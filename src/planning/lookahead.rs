@@ -101,7 +101,7 @@ impl Lookahead {
         plan.clear(horizon);
         for (robot, items) in self.kept.iter().enumerate().take(horizon.robots()) {
             for &item in items {
-                let Some(place) = horizon.next_place(item, &plan.owner) else {
+                let Some(place) = plan.next_place(horizon, item) else {
                     continue;
                 };
                 // Whether a stop is still possible from where the one before it ends is found below.

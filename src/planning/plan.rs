@@ -142,6 +142,12 @@ impl PickPlan {
         looked_at
     }
 
+    /// The place of the next attempt at `item` of the pattern that nobody owns.
+    pub(super) fn next_place(&self, horizon: &Horizon, item: u32) -> Option<u32> {
+        let mut places = horizon.places_of(item);
+        places.find(|&place| self.owner[place as usize] == NOBODY)
+    }
+
     /// Where the arm of `robot` is after its last stop.
     #[inline(always)]
     pub(super) fn place(&self, horizon: &Horizon, robot: usize) -> u16 {

@@ -1,9 +1,25 @@
 //! When robots are free again: the durations of picks, forwards and backwards.
 
-use super::{Horizon, ItemReach};
 use crate::decision::{Candidate, Moment};
 use crate::kinematics;
-use crate::station::{ClassId, Robot};
+use crate::station::{Belt, ClassId, Robot};
+
+/// One item for one robot.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ItemReach {
+    /// Position along the travel at time 0 [m].
+    pub x0: f64,
+    /// Position across the belt [m].
+    pub y: f64,
+    /// The bin that it goes into, which is where the arm is then.
+    pub bin: u16,
+    /// First departure that meets it, from any place [s]; infinite if there is none.
+    pub open: f64,
+    /// Last departure that meets it, from any place [s]; minus infinity if there is none.
+    pub close: f64,
+    /// Shortest possible duration of picking it [s].
+    pub shortest: f64,
+}
 
 /// One robot, and where it is.
 #[derive(Debug, Clone)]
@@ -16,6 +32,8 @@ pub(super) struct RobotTiming {
     /// Position along the belt of the only place, speed and dwell times, of a robot that is
     /// [plain](Robot::is_plain).
     plain: Option<PlainTiming>,
+    belt_speed: f64,
+    belt_length: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -28,12 +46,14 @@ struct PlainTiming {
 }
 
 impl RobotTiming {
-    pub(super) fn of(robot: &Robot, place: u16) -> Self {
+    pub(super) fn of(robot: &Robot, belt: &Belt) -> Self {
         let bin = &robot.bins[0];
         let speed = robot.arm.constant_speed().filter(|_| robot.places() == 1);
         Self {
             robot: robot.clone(),
-            place,
+            place: 0,
+            belt_speed: belt.speed,
+            belt_length: belt.length,
             places: robot.places(),
             plain: speed.map(|speed| PlainTiming {
                 bin_x: bin.at.x,
@@ -44,21 +64,18 @@ impl RobotTiming {
             }),
         }
     }
-}
 
-impl Horizon {
-    /// When `robot` is free again if it leaves `from` for the item at `start` [s].
+    /// The belt has this speed and length from now on.
+    pub(super) fn put_on(&mut self, belt: &Belt) {
+        self.belt_speed = belt.speed;
+        self.belt_length = belt.length;
+    }
+
+    /// When the robot is free again if it leaves `from` for the item at `start` [s].
     #[inline(always)]
-    pub(in crate::planning) fn finish(
-        &self,
-        robot: usize,
-        from: u16,
-        reach: &ItemReach,
-        start: f64,
-    ) -> f64 {
-        let arm = &self.arms[robot];
-        let Some(plain) = &arm.plain else {
-            return self.general_finish(arm, from, reach, start);
+    pub(super) fn finish(&self, from: u16, reach: &ItemReach, start: f64) -> f64 {
+        let Some(plain) = &self.plain else {
+            return self.general_finish(from, reach, start);
         };
         let dx = reach.x0 + self.belt_speed * start - plain.bin_x;
         let dy = reach.y - plain.bin_y;
@@ -66,10 +83,10 @@ impl Horizon {
         start + kinematics::processing_time(travel, plain.grasp, plain.release)
     }
 
-    fn general_finish(&self, arm: &RobotTiming, from: u16, reach: &ItemReach, start: f64) -> f64 {
+    fn general_finish(&self, from: u16, reach: &ItemReach, start: f64) -> f64 {
         let moment = Moment {
-            robot: &arm.robot,
-            from: arm.robot.place(usize::from(from)),
+            robot: &self.robot,
+            from: self.robot.place(usize::from(from)),
             belt_speed: self.belt_speed,
             belt_length: self.belt_length,
             time: start,
@@ -78,23 +95,22 @@ impl Horizon {
     }
 
     /// The shortest possible duration of picking an item [s].
-    pub(super) fn shortest(&self, robot: usize, reach: &ItemReach) -> f64 {
-        let arm = &self.arms[robot];
-        let Some(plain) = &arm.plain else {
-            return self.general_shortest(arm, reach);
+    pub(super) fn shortest(&self, reach: &ItemReach) -> f64 {
+        let Some(plain) = &self.plain else {
+            return self.general_shortest(reach);
         };
         // The travel time of [`kinematics::travel_time`] is shortest where its derivative along the
         // belt is zero, `dx = -|dy| v / u`, and increases on both sides.
         let dx = -(reach.y - plain.bin_y).abs() * self.belt_speed / plain.speed;
         let at = (dx + plain.bin_x - reach.x0) / self.belt_speed;
         let at = at.clamp(reach.open, reach.close);
-        self.finish(robot, 0, reach, at) - at
+        self.finish(0, reach, at) - at
     }
 
     /// The same for any robot: over its places, the least of the durations with a meeting point
     /// opposite the place, opposite the bin, or half-way.
-    fn general_shortest(&self, arm: &RobotTiming, reach: &ItemReach) -> f64 {
-        let robot = &arm.robot;
+    fn general_shortest(&self, reach: &ItemReach) -> f64 {
+        let robot = &self.robot;
         let bin = &robot.bins[usize::from(reach.bin)];
         let (base, length) = (robot.base, self.belt_length);
         let range = kinematics::meeting_range(base.x, base.y, robot.reach, reach.y, length);
@@ -104,7 +120,7 @@ impl Horizon {
         let way =
             |x: f64, to: nalgebra::Point2<f64>| kinematics::distance(x - to.x, reach.y - to.y);
         let mut least = f64::INFINITY;
-        for place in 0..arm.places {
+        for place in 0..self.places {
             let from = robot.place(place);
             for x in [from.x, bin.at.x, f64::midpoint(from.x, bin.at.x)] {
                 let x = x.clamp(first, last);
@@ -115,20 +131,19 @@ impl Horizon {
         least + robot.grasp_time + bin.release_time
     }
 
-    /// The last departure from `from` at which `robot`, leaving for the item, is free again by
-    /// `deadline` [s]. This is the inverse of [`Horizon::finish`], which increases with the departure
+    /// The last departure from `from`, in its window for the item [s], at which the robot is free
+    /// again by `deadline` [s]. This is the inverse of [`RobotTiming::finish`], which increases with the departure
     /// because the arm is faster than the belt.
     #[inline(always)]
-    pub(in crate::planning) fn latest_start(
+    pub(super) fn latest_start(
         &self,
-        robot: usize,
         from: u16,
-        place: u32,
+        reach: &ItemReach,
+        window: (f64, f64),
         deadline: f64,
     ) -> f64 {
-        let (arm, reach) = (&self.arms[robot], self.reach(robot, place));
-        let Some(plain) = &arm.plain else {
-            return self.general_latest_start(robot, from, place, deadline);
+        let Some(plain) = &self.plain else {
+            return self.general_latest_start(from, reach, window, deadline);
         };
         // Backwards in time the belt moves the other way, so the way back has the meeting point's
         // closed form with -v.
@@ -141,15 +156,19 @@ impl Horizon {
 
     /// The same for any robot, by the secant method inside a bracket (Illinois variant: Dowell and
     /// Jarratt 1971, DOI 10.1007/BF01934364). Errs on the early side.
-    fn general_latest_start(&self, robot: usize, from: u16, place: u32, deadline: f64) -> f64 {
+    fn general_latest_start(
+        &self,
+        from: u16,
+        reach: &ItemReach,
+        (open, close): (f64, f64),
+        deadline: f64,
+    ) -> f64 {
         /// Accuracy [s]; the plan is checked again with exact times.
         const CLOSE: f64 = 1e-9;
-        let (arm, reach) = (&self.arms[robot], self.reach(robot, place));
-        let (open, close) = self.window(robot, from, place);
         if open > close {
             return f64::NEG_INFINITY;
         }
-        let late = |start: f64| self.general_finish(arm, from, reach, start) - deadline;
+        let late = |start: f64| self.general_finish(from, reach, start) - deadline;
         let (mut low, mut high) = (open, close);
         let (mut below, mut above) = (late(low), late(high));
         if above <= 0.0 {
