@@ -105,7 +105,7 @@ impl Disturbances {
 }
 
 /// The conditions under which a pattern is picked. The default is the plain model.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Conditions {
     /// Decisions are only made at multiples of `1 / update_hz` seconds; 0 means at any time [Hz].
@@ -137,14 +137,17 @@ impl Conditions {
 
     /// The same conditions for the pattern with index `place` in a set; its seed is this seed plus
     /// `place`.
-    pub fn of_place(self, place: usize) -> Self {
+    #[must_use]
+    pub fn of_place(&self, place: usize) -> Self {
         self.with_seed(self.disturbances.seed.wrapping_add(place as u64))
     }
 
     /// The same conditions with another seed.
-    pub fn with_seed(mut self, seed: u64) -> Self {
-        self.disturbances.seed = seed;
-        self
+    #[must_use]
+    pub fn with_seed(&self, seed: u64) -> Self {
+        let mut seeded = self.clone();
+        seeded.disturbances.seed = seed;
+        seeded
     }
 
     /// Checks the values.

@@ -68,11 +68,12 @@ impl<'a> Scene<'a> {
     ) -> Result<Self> {
         conditions.check()?;
         pattern.check_on(station)?;
+        let disturbed = conditions.disturbances.any();
         let mut scene = Self {
             station,
             pattern,
-            conditions,
             sightings: sightings(station, pattern, &conditions),
+            conditions,
             queues: vec![Vec::new(); station.robots().len()],
             windows: Vec::new(),
             positions: Vec::new(),
@@ -85,7 +86,7 @@ impl<'a> Scene<'a> {
             scene.not_offered.insert(left.item);
         }
         scene.find_windows();
-        if conditions.disturbances.any() {
+        if disturbed {
             scene.find_positions();
         }
         Ok(scene)

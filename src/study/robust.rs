@@ -124,7 +124,7 @@ fn recipe(station: &Station, items: usize, seed: u64) -> Recipe {
 }
 
 /// A line for which assignments are searched.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(super) struct LineSearch<'a> {
     station: &'a Station,
     seed: u64,

@@ -73,7 +73,7 @@ proptest! {
     #[test]
     fn the_engine_agrees_with_the_transcription(((station, pattern, rules), conditions) in cases()) {
         let pattern = with_probabilities(&pattern);
-        let scene = Scene::under(&station, &pattern, conditions).unwrap();
+        let scene = Scene::under(&station, &pattern, conditions.clone()).unwrap();
         let outcome = simulate_rules(&scene, &rules).unwrap();
         let rules = rules.names();
         let transcription = transcribed(&station, pattern.items(), Decider::Rules(&rules), &conditions);
@@ -91,8 +91,8 @@ proptest! {
         choices in prop::collection::vec(0..1000usize, 1..200),
     ) {
         let pattern = with_probabilities(&pattern);
-        let scene = Scene::under(&station, &pattern, conditions).unwrap();
-        let mut whim = Whim { choices, next: 0, conditions };
+        let scene = Scene::under(&station, &pattern, conditions.clone()).unwrap();
+        let mut whim = Whim { choices, next: 0, conditions: conditions.clone() };
         let mut events = Events::default();
         let outcome = simulate_observed(&scene, &mut whim, Some(&mut events)).unwrap();
         checker::check(&station, &pattern, &outcome).unwrap();

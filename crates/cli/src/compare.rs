@@ -54,7 +54,7 @@ impl CompareArgs {
         self.station.check_conditions(&conditions, &station)?;
         self.check_cases(&cases, &station)?;
         self.check_files(&cases)?;
-        let options = self.options(&station, saved, conditions)?;
+        let options = self.options(&station, saved, &conditions)?;
         Ok(ComparePlan {
             common: self.common,
             choice: self.station,
@@ -75,7 +75,7 @@ impl CompareArgs {
         &self,
         station: &Station,
         saved: Option<String>,
-        conditions: Conditions,
+        conditions: &Conditions,
     ) -> Result<CompareOptions> {
         let (seed, quiet) = (self.common.seed, self.common.quiet);
         let saved = saved.filter(|saved| !self.strategy.contains(saved));
@@ -83,7 +83,7 @@ impl CompareArgs {
         let options = CompareOptions::default()
             .with_seed(seed)
             .with_replicates(self.replicates)
-            .with_conditions(conditions)
+            .with_conditions(conditions.clone())
             .with_station_strategy(saved.transpose()?)
             .with_training(self.training.resolve(station, seed, self.paper)?)
             .with_greedy(!self.no_greedy)

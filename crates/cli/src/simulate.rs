@@ -73,7 +73,7 @@ impl SimulateArgs {
         };
         let options = SimulateOptions::default()
             .with_seed(common.seed)
-            .with_conditions(conditions)
+            .with_conditions(conditions.clone())
             .with_allowance(allowance)
             .with_trace(self.trace.is_some())
             .with_check(self.check)

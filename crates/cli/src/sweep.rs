@@ -47,7 +47,7 @@ impl SweepArgs {
             .feed
             .patterns(&self.patterns, self.items, &self.station)?;
         self.check_files(&patterns, saved.as_deref())?;
-        let options = self.options(axis, patterns, saved, conditions, &station)?;
+        let options = self.options(axis, patterns, saved, &conditions, &station)?;
         Ok(SweepPlan {
             common: self.common,
             choice: self.station,
@@ -78,7 +78,7 @@ impl SweepArgs {
         axis: Axis,
         patterns: ScoredPatterns,
         saved: Option<String>,
-        conditions: Conditions,
+        conditions: &Conditions,
         station: &Station,
     ) -> Result<SweepOptions> {
         let (seed, quiet) = (self.common.seed, self.common.quiet);
@@ -89,7 +89,7 @@ impl SweepArgs {
             .with_robots(move |robots| choice.clone().with_robots(robots).resolve())
             .with_patterns(patterns)
             .with_seed(seed)
-            .with_conditions(conditions)
+            .with_conditions(conditions.clone())
             .with_station_strategy(saved.transpose()?)
             .with_training(self.training.resolve(station, seed, false)?)
             .with_greedy(self.greedy)

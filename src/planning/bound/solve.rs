@@ -168,7 +168,7 @@ pub fn upper_bound(
 /// only cost time. With noisy positions, a pick succeeds within the window of the true
 /// position, whatever the camera reported when.
 fn without_disturbances<'a>(scene: &Scene<'a>) -> Result<Scene<'a>> {
-    let mut conditions = *scene.conditions();
+    let mut conditions = scene.conditions().clone();
     if conditions.disturbances.position_noise > 0.0 {
         conditions.camera_x = None;
     }
