@@ -26,7 +26,7 @@ impl Draws<'_> {
     ) -> Result<Vec<(Option<u64>, Pattern)>> {
         let patterns = case.patterns(station.belt(), self.replicates, self.first_seed)?;
         let random = patterns.iter().any(|(seed, _)| seed.is_some());
-        if random || !self.conditions.disturbances.any() {
+        if random || !self.conditions.is_random() {
             return Ok(patterns);
         }
         let seeds = (0..self.replicates as u64).map(|r| Some(self.first_seed.wrapping_add(r)));

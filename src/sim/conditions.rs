@@ -1,8 +1,10 @@
 //! The conditions under which a pattern is picked: the camera and disturbances.
 
+use super::outages::{Outage, RandomOutages};
 use crate::error::{Error, Result, shown_number};
 use crate::pattern::{Item, random_stream};
 use crate::setters::setters;
+use crate::station::Station;
 use rand::RngExt;
 use rand_distr::{Distribution as _, StandardNormal};
 
@@ -115,6 +117,10 @@ pub struct Conditions {
     pub camera_x: Option<f64>,
     /// What can go wrong while items are picked.
     pub disturbances: Disturbances,
+    /// Times in which robots are down. Where they overlap or touch, they are one.
+    pub given_outages: Vec<Outage>,
+    /// Random outages of every robot, drawn from the seed of the disturbances.
+    pub random_outages: Option<RandomOutages>,
 }
 
 setters!(Conditions {
@@ -135,6 +141,35 @@ impl Conditions {
         }
     }
 
+    /// With this outage, in addition to others.
+    #[must_use]
+    pub fn with_outage(mut self, outage: Outage) -> Self {
+        self.given_outages.push(outage);
+        self
+    }
+
+    /// With random outages of every robot, or without.
+    #[must_use]
+    pub fn with_outages(mut self, outages: impl Into<Option<RandomOutages>>) -> Self {
+        self.random_outages = outages.into();
+        self
+    }
+
+    /// Whether a robot may be down.
+    pub fn has_outages(&self) -> bool {
+        !self.given_outages.is_empty() || self.random_outages.is_some()
+    }
+
+    /// Whether anything can go wrong.
+    pub fn can_go_wrong(&self) -> bool {
+        self.disturbances.any() || self.has_outages()
+    }
+
+    /// Whether a run depends on the seed.
+    pub fn is_random(&self) -> bool {
+        self.disturbances.any() || self.random_outages.is_some()
+    }
+
     /// The same conditions for the pattern with index `place` in a set; its seed is this seed plus
     /// `place`.
     #[must_use]
@@ -153,7 +188,7 @@ impl Conditions {
     /// Checks the values.
     ///
     /// # Errors
-    /// If a frequency, position, probability or standard deviation is not valid.
+    /// If a frequency, position, probability, standard deviation or time is not valid.
     pub fn check(&self) -> Result<()> {
         let hz = self.update_hz;
         if !(hz == 0.0 || (1e-6..=1e6).contains(&hz)) {
@@ -187,10 +222,23 @@ impl Conditions {
                 format!("give metres, from 0 to {MOST_NOISE}"),
             ));
         }
-        Ok(())
+        self.given_outages.iter().try_for_each(Outage::check)?;
+        self.random_outages
+            .iter()
+            .try_for_each(RandomOutages::check)
     }
 
-    /// The camera and the disturbances in words, one text per fact.
+    /// Like [`Conditions::check`], and checks that `station` has the robots that are down.
+    ///
+    /// # Errors
+    /// As for [`Conditions::check`], and an outage of a robot that the station does not have.
+    pub fn check_on(&self, station: &Station) -> Result<()> {
+        self.check()?;
+        let mut outages = self.given_outages.iter();
+        outages.try_for_each(|outage| outage.robot_on(station).map(drop))
+    }
+
+    /// The camera, the disturbances and the outages in words, one text per fact.
     pub fn describe(&self) -> Vec<String> {
         let mut lines = Vec::new();
         if let Some(x) = self.camera_x {
@@ -215,6 +263,8 @@ impl Conditions {
                 "reported positions are off by {sd} m (SD, x and y)"
             ));
         }
+        lines.extend(self.given_outages.iter().map(Outage::describe));
+        lines.extend(self.random_outages.iter().map(RandomOutages::describe));
         lines
     }
 }
@@ -234,12 +284,12 @@ mod tests {
                 position_noise,
                 seed: 1,
             },
-            ..plain
+            ..plain.clone()
         };
         disturbed(0.0, 0.0).check().unwrap();
         let camera = |x| Conditions {
             camera_x: Some(x),
-            ..plain
+            ..plain.clone()
         };
         camera(-3.0).check().unwrap();
         for (bad, flag) in [
@@ -279,18 +329,18 @@ mod tests {
         let plain = Conditions::default();
         let failing = |p: f64| Conditions {
             disturbances: failing(p),
-            ..plain
+            ..plain.clone()
         };
         let noisy = |position_noise: f64| Conditions {
             disturbances: Disturbances {
                 position_noise,
                 ..Disturbances::default()
             },
-            ..plain
+            ..plain.clone()
         };
         let camera = |x: f64| Conditions {
             camera_x: Some(x),
-            ..plain
+            ..plain.clone()
         };
         for (good, bad) in [
             (
@@ -369,11 +419,33 @@ mod tests {
     }
 
     #[test]
+    fn conditions_say_what_can_go_wrong() {
+        let plain = Conditions::default();
+        let given = plain.clone().with_outage(Outage::new("r1", 3.0, 4.0));
+        let random = plain.clone().with_outages(RandomOutages::new(300.0, 20.0));
+        let failing = plain.clone().with_disturbances(failing(0.5));
+        let said = |c: &Conditions| (c.has_outages(), c.can_go_wrong(), c.is_random());
+        assert_eq!(said(&plain), (false, false, false));
+        assert_eq!(said(&given), (true, true, false));
+        assert_eq!(said(&random), (true, true, true));
+        assert_eq!(said(&failing), (false, true, true));
+        for bad in [
+            plain.clone().with_outage(Outage::new("r1", 4.0, f64::NAN)),
+            plain.with_outages(RandomOutages::new(300.0, f64::NAN)),
+        ] {
+            let message = bad.check().unwrap_err().to_string();
+            assert!(message.contains("'outage"), "{message}");
+        }
+    }
+
+    #[test]
     fn places_of_a_set_have_the_seeds_after_that_of_the_first() {
         let conditions = Conditions {
             update_hz: 10.0,
             camera_x: Some(0.5),
             disturbances: failing(0.5),
+            given_outages: vec![Outage::new("r1", 3.0, 4.0)],
+            random_outages: None,
         };
         let seeded = conditions.with_seed(7);
         assert_eq!(seeded.disturbances.seed, 7);
@@ -397,12 +469,18 @@ mod tests {
                 position_noise: 0.01,
                 ..failing(0.9)
             },
+            given_outages: vec![Outage::new("r1", 3.0, 4.0)],
+            random_outages: Some(RandomOutages::new(300.0, 20.0)),
         };
         let camera = "only items past x = -0.5 m are known";
         let grasps = "grasps succeed with p_grasp, 0.9 where not given";
         let noise = "reported positions are off by 0.01 m (SD, x and y)";
-        assert_eq!(all.describe(), [camera, grasps, noise]);
+        let outage = "robot r1 is down from 3 s to 4 s";
+        let outages = "robots fail after 300 s and are repaired in 20 s (means, exponential)";
+        assert_eq!(all.describe(), [camera, grasps, noise, outage, outages]);
         let mut some = all;
+        some.given_outages.clear();
+        some.random_outages = None;
         some.camera_x = None;
         assert_eq!(some.describe(), [grasps, noise]);
         some.disturbances.grasp_failures = false;

@@ -2,6 +2,7 @@
 
 use super::claims::Claims;
 use super::conditions::{Conditions, Disturbances};
+use super::downtimes::Downtimes;
 use super::windows::Windows;
 use crate::decision::{Candidate, Figures, LeftItem, LeftReason};
 use crate::error::Result;
@@ -33,6 +34,7 @@ pub struct Scene<'a> {
     /// The same as a set, in which a run begins: claimed by nobody, and free to nobody.
     not_offered: Claims,
     independent: bool,
+    downtimes: Downtimes,
 }
 
 /// An item as the camera reports it.
@@ -60,13 +62,13 @@ impl<'a> Scene<'a> {
     /// Like [`Scene::new`], under conditions other than those of the plain model.
     ///
     /// # Errors
-    /// If an item is beside the belt or a condition is not valid (see [`Conditions::check`]).
+    /// If an item is beside the belt or a condition is not valid (see [`Conditions::check_on`]).
     pub fn under(
         station: &'a Station,
         pattern: &'a Pattern,
         conditions: Conditions,
     ) -> Result<Self> {
-        conditions.check()?;
+        conditions.check_on(station)?;
         pattern.check_on(station)?;
         let disturbed = conditions.disturbances.any();
         let mut scene = Self {
@@ -81,6 +83,7 @@ impl<'a> Scene<'a> {
             left: left_items(station, pattern),
             not_offered: Claims::none(pattern.len()),
             independent: true,
+            downtimes: Downtimes::default(),
         };
         for left in &scene.left {
             scene.not_offered.insert(left.item);
@@ -89,6 +92,7 @@ impl<'a> Scene<'a> {
         if disturbed {
             scene.find_positions();
         }
+        scene.downtimes = Downtimes::new(&scene.conditions, station, scene.last_decision())?;
         Ok(scene)
     }
 
@@ -193,6 +197,16 @@ impl<'a> Scene<'a> {
         self.positions = self.queues.iter().map(positions).collect();
     }
 
+    /// The last time at which any robot may decide [s].
+    fn last_decision(&self) -> f64 {
+        let closes = self
+            .queues
+            .iter()
+            .flatten()
+            .map(|candidate| candidate.close);
+        closes.fold(0.0, f64::max)
+    }
+
     /// The position of `item` in the queue of robot `robot`, on a scene with disturbances.
     pub(super) fn position(&self, robot: usize, item: u32) -> Option<usize> {
         let position = *self.positions.get(robot)?.get(item as usize)?;
@@ -283,10 +297,42 @@ impl<'a> Scene<'a> {
         self.independent && !self.conditions.disturbances.any()
     }
 
-    /// `time` [s] rounded up to the next update. A value within 1e-9 ticks of an update is
+    /// When `robot` makes a decision that is due at `time` [s]: at the next update at which it is
+    /// not down; infinite if it never is ready again. A value within 1e-9 ticks of an update is
     /// unchanged.
-    pub(super) fn tick(&self, time: f64) -> f64 {
-        next_update(time, self.conditions.update_hz)
+    #[inline]
+    pub(super) fn postponed(&self, robot: usize, time: f64) -> f64 {
+        let hz = self.conditions.update_hz;
+        let mut time = next_update(time, hz);
+        while let Some(ready) = self.downtimes.ends(robot, time) {
+            time = next_update(ready, hz);
+        }
+        time
+    }
+
+    /// Whether `robot` is down at `time` [s].
+    #[inline]
+    pub(super) fn is_down(&self, robot: usize, time: f64) -> bool {
+        self.downtimes.ends(robot, time).is_some()
+    }
+
+    /// The items for which some robot is down during its window.
+    pub(super) fn lost_windows(&self) -> Claims {
+        let mut lost = Claims::none(self.pattern.len());
+        if !self.downtimes.is_empty() {
+            for (robot, queue) in self.queues.iter().enumerate() {
+                let windows = queue
+                    .iter()
+                    .filter(|window| self.downtimes.touch(robot, (window.open, window.close)));
+                windows.for_each(|window| lost.insert(window.item));
+            }
+        }
+        lost
+    }
+
+    /// The times in which robots are down while they may decide.
+    pub(super) fn downtimes(&self) -> &Downtimes {
+        &self.downtimes
     }
 
     /// The figures of a run with the last release at `last_release` [s] and with `last_missing` as

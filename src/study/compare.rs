@@ -141,7 +141,7 @@ impl<'a> CompareStudy<'a> {
                 "give one or more",
             ));
         }
-        options.conditions.check()?;
+        options.conditions.check_on(station)?;
         let robots = station.robots().len();
         let mut study = Self {
             station,
@@ -258,7 +258,11 @@ impl<'a> CompareStudy<'a> {
             bounded = with_bound.count();
         }
         let generated = self.cases.iter().all(Case::is_generated);
-        notes.extend(condition_notes(&self.conditions, generated));
+        notes.extend(condition_notes(
+            &self.conditions,
+            generated,
+            self.options.bound,
+        ));
         Ok(Compared {
             comparison,
             bounded,

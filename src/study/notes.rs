@@ -78,6 +78,8 @@ pub enum Note {
         /// Whether the camera's errors and its place do not matter, either.
         camera: bool,
     },
+    /// The bound is that of the line on which no robot is ever down.
+    BoundWithoutOutages,
     /// The time slots of the bound are long.
     CoarseBound,
     /// The user stopped the work.
@@ -101,6 +103,10 @@ const COMMON_RANDOM_NUMBERS: &str = "all assignments are compared under common r
 /// The text of [`Note::CoarseBound`].
 const COARSE_BOUND: &str = "the bound is coarse: the pattern is so long that the slots are long, too; a \
      shorter 'slot' gives a tighter bound, but takes more time and memory";
+
+/// The text of [`Note::BoundWithoutOutages`].
+const BOUND_WITHOUT_OUTAGES: &str = "the bound is that of the line without outages, which only cost time: \
+     what can be picked in spite of them may be less";
 
 /// The text of [`Note::NoFlow`].
 const NO_FLOW: &str = "no flow can be chosen: for some pattern no belt speed picks everything";
@@ -180,6 +186,7 @@ impl fmt::Display for Note {
                  bound"
             ),
             Self::UndisturbedBound { camera } => f.write_str(&undisturbed_bound(*camera)),
+            Self::BoundWithoutOutages => f.write_str(BOUND_WITHOUT_OUTAGES),
             Self::CoarseBound => f.write_str(COARSE_BOUND),
             Self::Interrupted => f.write_str(INTERRUPTED),
             Self::NotValidated(source) => {
@@ -270,10 +277,21 @@ impl fmt::Display for RobustNote {
 }
 
 /// Notes for a comparison under `conditions`. `generated` means that no pattern comes from
-/// a file.
-pub(crate) fn condition_notes(conditions: &Conditions, generated: bool) -> Vec<Note> {
+/// a file, `bounded` that there is a bound.
+pub(crate) fn condition_notes(
+    conditions: &Conditions,
+    generated: bool,
+    bounded: bool,
+) -> Vec<Note> {
     let nothing = generated && conditions.disturbances.never_fails(&[]);
-    nothing.then_some(Note::NothingFails).into_iter().collect()
+    let nothing = nothing.then_some(Note::NothingFails);
+    let outages = outage_note(conditions, bounded);
+    nothing.into_iter().chain(outages).collect()
+}
+
+/// The note on the bound of a line with outages, if there is a bound.
+pub(super) fn outage_note(conditions: &Conditions, bounded: bool) -> Option<Note> {
+    (bounded && conditions.has_outages()).then_some(Note::BoundWithoutOutages)
 }
 
 /// The note that nothing can fail on `scene`, although failures are asked for.

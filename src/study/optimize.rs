@@ -280,7 +280,7 @@ impl<'a> OptimizeStudy<'a> {
             ..self.set.recipe
         };
         let fresh = self.set.source.draw_fresh(&recipe, count)?;
-        if fresh.is_some() || !self.conditions.disturbances.any() {
+        if fresh.is_some() || !self.conditions.is_random() {
             return Ok(fresh);
         }
         // The same patterns with different random events are also fresh.

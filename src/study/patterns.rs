@@ -183,7 +183,7 @@ fn is_repeated(set: &PatternSet, source: &PatternSource, conditions: &Conditions
         PatternSource::Feed { feed, .. } => !feed.is_random(),
         source => matches!(source, PatternSource::Grid(_) | PatternSource::Files(_)),
     };
-    fixed && conditions.disturbances.any() && set.patterns.len() < DRAWS
+    fixed && conditions.is_random() && set.patterns.len() < DRAWS
 }
 
 /// The patterns of `set`, repeated up to `count` in total, but at least once each.

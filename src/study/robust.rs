@@ -291,7 +291,7 @@ impl<'a> LineSearch<'a> {
     /// If something can go wrong, runs a small set of patterns with several draws of random events.
     fn with_repeated_runs(&self, training: TrainingSet) -> TrainingSet {
         let few = training.set.patterns.len() < OF_THE_KIND;
-        if !(few && self.conditions.disturbances.any()) {
+        if !(few && self.conditions.is_random()) {
             return training;
         }
         TrainingSet {

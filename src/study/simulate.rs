@@ -1,7 +1,7 @@
 //! One strategy on one pattern, and what is checked of the run.
 
 use super::blueprint::{BlueprintOptions, blueprint};
-use super::notes::{Note, failure_note};
+use super::notes::{Note, failure_note, outage_note};
 use crate::checker;
 use crate::clearance::{self, Clearance};
 use crate::decision::{Observer, Outcome};
@@ -134,7 +134,11 @@ impl<'a> SimulateStudy<'a> {
 
     /// Remarks on the settings.
     pub fn notes(&self) -> Vec<Note> {
-        failure_note(&self.scene).into_iter().collect()
+        let outages = outage_note(self.scene.conditions(), self.options.bound);
+        failure_note(&self.scene)
+            .into_iter()
+            .chain(outages)
+            .collect()
     }
 
     /// Runs the strategy that `blueprint` makes.

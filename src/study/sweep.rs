@@ -145,6 +145,9 @@ impl<'a> SweepStudy<'a> {
         let lines = values::lines(&options.own.values, station)?;
         let (strategies, note) = options.own.methods.strategies(&options.strategies);
         for line in &lines {
+            let fit = options.conditions.check_on(&line.station);
+            let axis = options.own.values.axis.name();
+            fit.map_err(|error| error.inside(&format!("'sweep_axis' {axis} at {}", line.value)))?;
             let robots = line.station.robots().len();
             for strategy in &strategies {
                 strategy.alone(robots)?;
@@ -231,7 +234,11 @@ impl<'a> SweepStudy<'a> {
             environment,
         )?;
         let generated = !matches!(self.source, PatternSource::Files(_));
-        notes.extend(condition_notes(&self.conditions, generated));
+        notes.extend(condition_notes(
+            &self.conditions,
+            generated,
+            self.options.bound,
+        ));
         Ok(Swept { sweep, notes })
     }
 

@@ -48,6 +48,7 @@ impl CompareArgs {
         self.common.check()?;
         let chart = pictures::checked::<ComparisonReport>(&self.pictures)?;
         let conditions = self.conditions.resolve(&self.common)?;
+        let conditions = self.outages.added_to(conditions)?;
         let remark = |text: &str| self.common.remark(text);
         let (station, saved) = self.station.load_with_strategy(&remark)?;
         let cases = load_cases(&self.cases)?;

@@ -1,8 +1,8 @@
 //! Turns arguments into the library's settings.
 
 use super::args::{
-    AttributeArgs, Common, ConditionArgs, FeedArgs, LimitArgs, PatternSetArgs, StationChoice,
-    TrainingArgs,
+    AttributeArgs, Common, ConditionArgs, FeedArgs, LimitArgs, OutageArgs, PatternSetArgs,
+    StationChoice, TrainingArgs,
 };
 use super::session::tell;
 use super::warnings::warn;
@@ -290,6 +290,20 @@ impl ConditionArgs {
             );
         conditions.check()?;
         Ok(conditions)
+    }
+}
+
+impl OutageArgs {
+    /// `conditions` with these outages.
+    ///
+    /// # Errors
+    /// A text that is not an outage, or whose times are not valid.
+    pub(crate) fn added_to(&self, conditions: Conditions) -> Result<Conditions> {
+        let random = self.outages.as_deref().map(str::parse).transpose()?;
+        let given = self.outage.iter().map(|text| text.parse());
+        given.fold(Ok(conditions.with_outages(random)), |conditions, outage| {
+            Ok(conditions?.with_outage(outage?))
+        })
     }
 }
 

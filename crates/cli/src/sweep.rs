@@ -39,6 +39,7 @@ impl SweepArgs {
         self.common.check()?;
         let chart = pictures::checked::<SweepReport>(&self.pictures)?;
         let conditions = self.conditions.resolve(&self.common)?;
+        let conditions = self.outages.added_to(conditions)?;
         let axis = Axis::named(&self.sweep)?;
         let remark = |text: &str| self.common.remark(text);
         let (station, saved) = self.station.load_with_strategy(&remark)?;

@@ -52,6 +52,9 @@ pub struct RunReport {
     /// The items of each class; omitted on a station where neither bins nor values depend on it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub classes: Vec<ClassRunReport>,
+    /// The times in which robots were down, in order; omitted if no robot can be down.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub downtimes: Option<Vec<DowntimeReport>>,
     /// Number of items missed for each reason.
     pub missed_by_reason: BTreeMap<&'static str, usize>,
     /// Whether the independent checker confirmed the run; omitted if not requested.
@@ -89,9 +92,24 @@ pub struct RobotRunReport {
     /// Share of the time it is busy while the items of the steady state pass it; `None` without
     /// a steady state.
     pub utilisation_steady: Option<f64>,
+    /// How long it was down during the run [s]; omitted if no robot can be down.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub down_s: Option<f64>,
     /// What went into each of its bins; omitted for a robot with one bin for everything.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub bins: Vec<BinRunReport>,
+}
+
+/// A time in which a robot was down.
+#[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
+pub struct DowntimeReport {
+    /// Index of the robot, upstream first.
+    pub robot: usize,
+    /// When it began [s].
+    pub from_s: f64,
+    /// When the robot was ready again, at the latest the end of the run [s].
+    pub to_s: f64,
 }
 
 /// What went into one bin.
@@ -165,6 +183,7 @@ impl RobotRunReport {
     fn new(robot: &Robot, did: &RobotFigures, end: f64, utilisation_steady: Option<f64>) -> Self {
         Self {
             name: robot.name.clone(),
+            down_s: None,
             bins: Vec::new(),
             picked: did.picked,
             weight: did.weight,
@@ -176,9 +195,11 @@ impl RobotRunReport {
     }
 }
 
-/// The number of missed items for each reason.
-fn missed_by_reason(outcome: &Outcome) -> BTreeMap<&'static str, usize> {
-    let all = MissReason::ALL.iter();
+/// The number of missed items for each reason that is possible on `scene`.
+fn missed_by_reason(scene: &Scene, outcome: &Outcome) -> BTreeMap<&'static str, usize> {
+    let outages = scene.conditions().has_outages();
+    let possible = |reason: &&MissReason| outages || **reason != MissReason::RobotDown;
+    let all = MissReason::ALL.iter().filter(possible);
     let mut counts: BTreeMap<_, _> = all.map(|reason| (reason.name(), 0)).collect();
     for miss in &outcome.missed {
         *counts.entry(miss.reason.name()).or_default() += 1;
@@ -235,6 +256,7 @@ impl RunReport {
         let (station, pattern) = (scene.station(), scene.pattern());
         let steady = Throughput::of([&steady_state(scene, outcome)]);
         let figures = &outcome.figures;
+        let outages = scene.conditions().has_outages();
         let id = |item: u32| pattern.items()[item as usize].id.clone();
         let robots = station.robots().iter().zip(&outcome.robots);
         let pick = |pick: &Pick| PickReport {
@@ -261,6 +283,7 @@ impl RunReport {
                     let busy_share = steady.utilisation.get(place).copied();
                     let mut report = RobotRunReport::new(robot, did, figures.end, busy_share);
                     report.bins = bins_of(place, robot, outcome);
+                    report.down_s = outages.then(|| outcome.time_down(place));
                     report
                 })
                 .collect(),
@@ -290,7 +313,16 @@ impl RunReport {
                 })
                 .collect(),
             classes: classes_of(scene, outcome),
-            missed_by_reason: missed_by_reason(outcome),
+            downtimes: outages.then(|| {
+                let all = outcome.downtimes.iter();
+                all.map(|down| DowntimeReport {
+                    robot: down.robot,
+                    from_s: down.from,
+                    to_s: down.to,
+                })
+                .collect()
+            }),
+            missed_by_reason: missed_by_reason(scene, outcome),
             checked: None,
             bound: None,
             clearance: None,
@@ -308,6 +340,9 @@ impl RunReport {
             .with("busy [s]", |robot| fixed(robot.busy_s, 1))
             .with("utilisation [%]", |robot| {
                 fixed(100.0 * robot.utilisation, 1)
+            })
+            .with_if(self.downtimes.is_some(), "down [s]", |robot| {
+                robot.down_s.map_or(String::new(), |down| fixed(down, 1))
             })
             .with_if(steady, "in the steady state [%]", |robot| {
                 let share = robot.utilisation_steady;

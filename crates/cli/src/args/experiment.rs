@@ -1,6 +1,6 @@
 //! The arguments of `pickline compare` and `pickline sweep`.
 
-use super::conditions::ConditionArgs;
+use super::conditions::{ConditionArgs, OutageArgs};
 use super::shared::{Common, FeedArgs, Pictures, StationChoice, strategy_help};
 use clap::Args;
 
@@ -25,6 +25,7 @@ Examples:
   pickline compare --station my-line.toml --cases my-cases.toml
   pickline compare --paper --html compare.html --svg rates.svg
   pickline compare --grasp-success 0.9 --position-noise 0.005
+  pickline compare --cases dense --outages 300,20
 
 Charts for --chart: rate (the main one), the picking rate of every method on every case;
 difference, how much more each picks than robust GT; throughput, the picks per minute in
@@ -48,6 +49,8 @@ pub(crate) struct CompareArgs {
     pub common: Common,
     #[command(flatten)]
     pub conditions: ConditionArgs,
+    #[command(flatten)]
+    pub outages: OutageArgs,
     /// Cases: paper, dense, all, or a TOML file
     #[arg(long, value_name = "SET|FILE", default_value = "paper")]
     pub cases: String,
@@ -128,6 +131,8 @@ pub(crate) struct SweepArgs {
     pub common: Common,
     #[command(flatten)]
     pub conditions: ConditionArgs,
+    #[command(flatten)]
+    pub outages: OutageArgs,
     /// What to vary: speed, robots, spacing, reach
     #[arg(long, value_name = "NAME", default_value = "speed")]
     pub sweep: String,
