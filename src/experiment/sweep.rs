@@ -1,6 +1,7 @@
 //! Varies one quantity of the line: belt speed, robots, spacing or reach.
 
 use super::method::{Method, MethodRun};
+use super::robots_down::ROBOTS_DOWN;
 use super::sweep_result::{Sweep, SweepBound, SweepPoint, SweepValue};
 use crate::clearance;
 use crate::decision::Figures;
@@ -40,7 +41,8 @@ impl Axis {
     pub fn named(name: &str) -> Result<Self> {
         let mut all = Self::ALL.iter().copied();
         all.find(|axis| axis.name() == name).ok_or_else(|| {
-            let names: Vec<_> = Self::ALL.iter().map(|axis| axis.name()).collect();
+            let axes = Self::ALL.iter().map(|axis| axis.name());
+            let names: Vec<_> = axes.chain([ROBOTS_DOWN]).collect();
             Error::usage(
                 "'sweep_axis'",
                 format!("`{}` cannot be swept", shown(name)),

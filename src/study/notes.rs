@@ -240,6 +240,8 @@ pub enum RobustScope {
     OwnSpeed,
     /// For each line separately.
     EveryLine,
+    /// For the line with all its robots, although one is halted.
+    WholeLine,
 }
 
 impl fmt::Display for RobustNote {
@@ -272,6 +274,9 @@ impl fmt::Display for RobustNote {
             None => "",
             Some(RobustScope::OwnSpeed) => ", found at the station's own belt speed",
             Some(RobustScope::EveryLine) => ", found for every line",
+            Some(RobustScope::WholeLine) => {
+                ", found for the line with all robots, which is what runs when one halts"
+            }
         })
     }
 }

@@ -9,17 +9,20 @@ use super::session::Session;
 use super::settings::parse_strategy;
 use super::warnings::warn;
 use pickline::error::Result;
-use pickline::experiment::Axis;
+use pickline::experiment::{Axis, ROBOTS_DOWN};
 use pickline::optimize::Environment;
 use pickline::sim::Conditions;
 use pickline::station::Station;
 use pickline::strategies::policy_file;
 use pickline::study::{ScoredPatterns, SweepOptions, SweepStudy};
-use pickline_report::{ChartKind, Provenance, SweepReport};
+use pickline_report::{ChartKind, Provenance, SweepReport, VerbReport};
 
 pub(crate) fn run(args: SweepArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
-    args.resolve()?.run(session)
+    match args.sweep == ROBOTS_DOWN {
+        true => args.resolve_robots_down()?.run(session),
+        false => args.resolve()?.run(session),
+    }
 }
 
 /// A resolved call.
@@ -47,7 +50,7 @@ impl SweepArgs {
         let patterns = self
             .feed
             .patterns(&self.patterns, self.items, &self.station)?;
-        self.check_files(&patterns, saved.as_deref())?;
+        self.check_files::<SweepReport>(&patterns, saved.as_deref())?;
         let options = self.options(axis, patterns, saved, &conditions, &station)?;
         Ok(SweepPlan {
             common: self.common,
@@ -110,7 +113,11 @@ impl SweepArgs {
     }
 
     /// Checks that what is written is not also read.
-    fn check_files(&self, patterns: &ScoredPatterns, saved: Option<&str>) -> Result<()> {
+    pub(super) fn check_files<R: VerbReport>(
+        &self,
+        patterns: &ScoredPatterns,
+        saved: Option<&str>,
+    ) -> Result<()> {
         let source = patterns.source();
         let files = source.files()?;
         let mut read = vec![self.station.file()];
@@ -119,7 +126,7 @@ impl SweepArgs {
         let strategies = saved.into_iter().chain(self.strategy.iter().map(|s| &**s));
         read.extend(strategies.map(|s| ("--strategy", policy_file(s))));
         self.common
-            .check_outputs::<SweepReport>("sweep", &read, &self.pictures.files())
+            .check_outputs::<R>("sweep", &read, &self.pictures.files())
     }
 }
 

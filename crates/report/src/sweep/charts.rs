@@ -341,7 +341,7 @@ fn legend(report: &SweepReport) -> Vec<LegendLine> {
 }
 
 /// A method's name in files in readable form.
-pub(super) fn method_words(id: &str) -> String {
+pub(crate) fn method_words(id: &str) -> String {
     match id {
         "robust_gt" => "robust GT".into(),
         "greedy_gt" => "greedy GT".into(),

@@ -13,6 +13,7 @@ mod report;
 mod text;
 mod words;
 
+pub(crate) use charts::method_words;
 pub use report::SweepReport;
 
 use crate::charts::ChartKind;
