@@ -141,13 +141,16 @@ impl<'a> SweepStudy<'a> {
     /// An invalid range, settings that do not fit a line, or a pattern that cannot be generated
     /// or read.
     pub fn new(station: &'a Station, options: &'a SweepOptions) -> Result<Self> {
-        options.conditions.check()?;
+        let conditions = &options.conditions;
+        match options.own.values.axis {
+            // Other numbers of robots are run.
+            Axis::Robots => conditions.check()?,
+            _ => conditions.check_on(station)?,
+        }
         let lines = values::lines(&options.own.values, station)?;
         let (strategies, note) = options.own.methods.strategies(&options.strategies);
         for line in &lines {
-            let fit = options.conditions.check_on(&line.station);
-            let axis = options.own.values.axis.name();
-            fit.map_err(|error| error.inside(&format!("'sweep_axis' {axis} at {}", line.value)))?;
+            check_robots(options, line)?;
             let robots = line.station.robots().len();
             for strategy in &strategies {
                 strategy.alone(robots)?;
@@ -321,6 +324,14 @@ impl<'a> SweepStudy<'a> {
         }
         Ok(methods)
     }
+}
+
+/// Checks that the line at a value has the robots that are down.
+fn check_robots(options: &SweepOptions, line: &LineAt) -> Result<()> {
+    let axis = options.own.values.axis.name();
+    let place = format!("'sweep_axis' {axis} at {}", line.value);
+    let there = options.conditions.check_on(&line.station);
+    there.map_err(|error| error.inside(&place))
 }
 
 /// For every policy, at how many values the line differs from its training, and how it differs

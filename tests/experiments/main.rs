@@ -17,6 +17,7 @@ mod pairing;
 mod programs;
 mod ranking_columns;
 mod results;
+mod robots_down_columns;
 mod run_columns;
 mod support;
 mod studies;

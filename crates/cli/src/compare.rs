@@ -52,6 +52,7 @@ impl CompareArgs {
         let remark = |text: &str| self.common.remark(text);
         let (station, saved) = self.station.load_with_strategy(&remark)?;
         let cases = load_cases(&self.cases)?;
+        conditions.check_on(&station)?;
         self.station.check_conditions(&conditions, &station)?;
         self.check_cases(&cases, &station)?;
         self.check_files(&cases)?;

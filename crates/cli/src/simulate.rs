@@ -59,6 +59,7 @@ impl SimulateArgs {
             .load_with_strategy(&|text| common.remark(text))?;
         let (pattern, pattern_name) = load_pattern(self.pattern.as_deref(), station.belt().width)?;
         let pattern_place = self.pattern.clone().unwrap_or_else(|| pattern_name.clone());
+        conditions.check_on(&station)?;
         self.station.check_conditions(&conditions, &station)?;
         let values = [("--budget-ms", &DECISION_TIME, self.budget_ms)];
         self.station.check_values(&values)?;

@@ -56,7 +56,6 @@ impl StationChoice {
         conditions: &Conditions,
         station: &Station,
     ) -> Result<()> {
-        conditions.check_on(station)?;
         let camera = conditions.camera_x;
         let camera = camera.and_then(|x| station.check_camera("--camera-x", x));
         let noise = conditions.disturbances.position_noise;
