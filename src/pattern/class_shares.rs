@@ -55,6 +55,23 @@ impl FromStr for ClassShares {
 }
 
 impl ClassShares {
+    /// Shares of `classes` that add up to 1, all of which are equally likely; `None` without classes.
+    ///
+    /// They are exponential variates over their sum (Devroye 1986, Non-Uniform Random Variate
+    /// Generation, DOI 10.1007/978-1-4613-8643-8, theorem V.2.2).
+    pub(crate) fn drawn<'c>(
+        classes: impl Iterator<Item = &'c str>,
+        rng: &mut ChaCha8Rng,
+    ) -> Option<Self> {
+        let exponential = |class: &str| (class.to_owned(), -(1.0 - rng.random::<f64>()).ln());
+        let mut shares: Vec<(String, f64)> = classes.map(exponential).collect();
+        let sum: f64 = shares.iter().map(|(_, share)| share).sum();
+        for (_, share) in &mut shares {
+            *share /= sum;
+        }
+        (sum > 0.0).then_some(Self { shares })
+    }
+
     /// The pattern with a class drawn for every item, in index order.
     ///
     /// # Errors
@@ -91,6 +108,22 @@ mod tests {
         // Nothing else changes.
         let places = |p: &Pattern| -> Vec<_> { p.items().iter().map(|i| (i.x0, i.y)).collect() };
         assert_eq!(places(&drawn), places(&pattern));
+    }
+
+    #[test]
+    fn drawn_shares_add_up_to_one_and_differ() {
+        let mut rng = random_stream(4, 0);
+        let mut draw = || ClassShares::drawn(["a", "b", "c"].into_iter(), &mut rng).unwrap();
+        let (mut first, draws) = (0.0, 2_000);
+        for _ in 0..draws {
+            let shares = draw().shares;
+            let sum: f64 = shares.iter().map(|(_, share)| share).sum();
+            assert!((sum - 1.0).abs() < 1e-12 && shares.len() == 3);
+            // The share of one of three is below one half with probability 3/4.
+            first += f64::from(shares[0].1 < 0.5);
+        }
+        assert!((first / f64::from(draws) - 0.75).abs() < 0.03, "{first}");
+        assert_eq!(ClassShares::drawn(std::iter::empty(), &mut rng), None);
     }
 
     #[test]

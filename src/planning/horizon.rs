@@ -1,7 +1,8 @@
 //! What can be planned at one decision: the items in view and the robots that can reach them.
 
 use super::options::Goal;
-use crate::decision::{Candidate, Moment, Snapshot};
+use super::plan::NOBODY;
+use crate::decision::{Candidate, Moment, Odds, Snapshot};
 use crate::kinematics;
 use crate::station::{ClassId, Robot, Station};
 
@@ -18,9 +19,13 @@ pub(super) struct Horizon {
     pub free: Vec<f64>,
     /// Index of each item in its pattern.
     pub items: Vec<u32>,
-    /// Pairs of index and place, sorted by index.
+    /// Number of the attempt at the item, from 0. An item whose grasps may fail has one place for
+    /// each attempt that is planned, one after the other.
+    pub attempts: Vec<u8>,
+    /// Pairs of index and first place, sorted by index.
     places: Vec<(u32, u32)>,
-    /// Value of each item, above 0: 1, or its weight.
+    /// Value of each item, above 0: 1, or its weight, times the probability that the attempt is made
+    /// and succeeds.
     pub values: Vec<f64>,
     /// When each item would leave the belt [s].
     pub leaves: Vec<f64>,
@@ -97,26 +102,43 @@ impl RobotTiming {
     }
 }
 
-/// An item that is to be planned.
+/// An attempt at an item that is to be planned.
+#[derive(Clone, Copy)]
 struct SeenItem {
     /// Its index in the pattern.
     item: u32,
+    /// Number of the attempt, from 0.
+    attempt: u8,
     /// Position along the travel at time 0 [m].
     x0: f64,
     /// Position across the belt [m].
     y: f64,
     /// Weight, which the rules use.
     weight: f64,
-    /// Value in plans: 1, or the weight.
+    /// Value in plans: what the attempt is expected to gain.
     value: f64,
     /// Class on the station.
     class: ClassId,
 }
 
+/// Maximum number of attempts at one item that are planned.
+const MOST_ATTEMPTS: u8 = 3;
+/// Further attempts are planned only if they are worth more than this share of the first. Less
+/// likely ones cost more of the search than they gain (`docs/lookahead.md`).
+const LEAST_SHARE: f64 = 0.25;
+
+/// What counts in a plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Valuation {
+    pub goal: Goal,
+    /// Whether the probabilities of failing are counted.
+    pub foresee: bool,
+}
+
 impl Horizon {
     /// Fills the horizon from `snapshot`, without items that no robot can reach within `ahead`
     /// [s] from now.
-    pub(super) fn read(&mut self, snapshot: &Snapshot, ahead: f64, goal: Goal) {
+    pub(super) fn read(&mut self, snapshot: &Snapshot, ahead: f64, valuation: Valuation) {
         let station = snapshot.station;
         let robots = station.robots().len();
         self.now = snapshot.time;
@@ -139,6 +161,7 @@ impl Horizon {
             arm.place = *place;
         }
         self.items.clear();
+        self.attempts.clear();
         self.values.clear();
         self.leaves.clear();
         self.reach.resize_with(robots, Vec::new);
@@ -147,11 +170,12 @@ impl Horizon {
         self.reach.iter_mut().for_each(Vec::clear);
         self.windows.iter_mut().for_each(Vec::clear);
         self.queues.iter_mut().for_each(Vec::clear);
-        self.add_seen(snapshot, ahead, goal);
-        let places = self.items.iter().zip(0..);
+        self.add_seen(snapshot, ahead, valuation);
+        let places = self.items.iter().zip(&self.attempts).zip(0..);
+        let first = places.filter(|((_, attempt), _)| **attempt == 0);
         self.places.clear();
         self.places
-            .extend(places.map(|(&item, place)| (item, place)));
+            .extend(first.map(|((&item, _), place)| (item, place)));
         self.places.sort_unstable();
         for queue in &mut self.queues {
             // The sort is stable, so equal openings stay in pattern order.
@@ -160,45 +184,70 @@ impl Horizon {
     }
 
     /// Adds the items that can be seen or picked now, downstream first.
-    fn add_seen(&mut self, snapshot: &Snapshot, ahead: f64, goal: Goal) {
+    fn add_seen(&mut self, snapshot: &Snapshot, ahead: f64, valuation: Valuation) {
         // A robot may leave for an item before the camera at the belt's start has seen it, so
         // the candidates are merged in. Both lists are sorted downstream first.
         let (mut candidates, mut view) = (snapshot.candidates, snapshot.in_view);
         loop {
-            let (item, x0, y, weight, class) = match (candidates, view) {
+            let next = snapshot.candidates.len() - candidates.len();
+            let (item, x0, y, weight, class, odds) = match (candidates, view) {
                 ([c, rest @ ..], [b, ..]) if (-c.x0, c.item) < (-b.x0, b.item) => {
                     candidates = rest;
-                    (c.item, c.x0, c.y, c.weight, c.class)
+                    (c.item, c.x0, c.y, c.weight, c.class, snapshot.odds_of(next))
                 }
                 (_, [b, rest @ ..]) => {
                     view = rest;
                     if candidates.first().is_some_and(|c| c.item == b.item) {
                         candidates = &candidates[1..];
                     }
-                    (b.item, b.x0, b.y, b.weight, b.class)
+                    (b.item, b.x0, b.y, b.weight, b.class, b.odds)
                 }
                 ([c, rest @ ..], []) => {
                     candidates = rest;
-                    (c.item, c.x0, c.y, c.weight, c.class)
+                    (c.item, c.x0, c.y, c.weight, c.class, snapshot.odds_of(next))
                 }
                 ([], []) => break,
             };
-            let value = match goal {
-                Goal::Picks => 1.0,
-                Goal::Weight => weight,
+            let seen = SeenItem {
+                item,
+                attempt: 0,
+                x0,
+                y,
+                weight,
+                value: valuation.first_attempt(weight, odds),
+                class,
             };
             // An item without value is not worth a robot's time.
-            if value > 0.0 {
-                let seen = SeenItem {
-                    item,
-                    x0,
-                    y,
-                    weight,
-                    value,
-                    class,
-                };
+            if seen.value > 0.0 {
                 self.add(snapshot.station, seen, ahead);
+                if valuation.foresee {
+                    self.add_further_attempts(snapshot.station, seen, odds.grasp, ahead);
+                }
             }
+        }
+    }
+
+    /// Adds attempts at the item `seen` after the first, whose grasps succeed with probability
+    /// `p_grasp`: attempt number k + 1 is only made if k have failed.
+    fn add_further_attempts(
+        &mut self,
+        station: &Station,
+        seen: SeenItem,
+        p_grasp: f64,
+        ahead: f64,
+    ) {
+        let mut share = 1.0;
+        for attempt in 1..MOST_ATTEMPTS {
+            share *= 1.0 - p_grasp;
+            if share <= LEAST_SHARE {
+                return;
+            }
+            let again = SeenItem {
+                attempt,
+                value: seen.value * share,
+                ..seen
+            };
+            self.add(station, again, ahead);
         }
     }
 
@@ -265,6 +314,7 @@ impl Horizon {
             }
         }
         self.items.push(seen.item);
+        self.attempts.push(seen.attempt);
         self.values.push(seen.value);
         self.leaves.push((belt.length - x0) / belt.speed);
     }
@@ -274,10 +324,18 @@ impl Horizon {
         self.free.len()
     }
 
-    /// The place of an item of the pattern; `None` if it is out of view or out of reach.
+    /// The first place of an item of the pattern; `None` if it is out of view or out of reach.
     pub(super) fn place(&self, item: u32) -> Option<u32> {
         let found = self.places.binary_search_by_key(&item, |&(item, _)| item);
         found.ok().map(|at| self.places[at].1)
+    }
+
+    /// The place of the next attempt at an item of the pattern that nobody owns.
+    pub(super) fn next_place(&self, item: u32, owner: &[u16]) -> Option<u32> {
+        let first = self.place(item)?;
+        (first..)
+            .take_while(|&place| self.items.get(place as usize) == Some(&item))
+            .find(|&place| owner[place as usize] == NOBODY)
     }
 
     /// Shortest possible duration of a pick, averaged over robots and the items within their
@@ -452,6 +510,18 @@ impl Horizon {
     }
 }
 
+impl Valuation {
+    /// What the first attempt at an item of this weight is expected to gain.
+    fn first_attempt(&self, weight: f64, odds: Odds) -> f64 {
+        let odds = if self.foresee { odds } else { Odds::SURE };
+        match self.goal {
+            Goal::Picks => odds.grasp * odds.detection,
+            // The reward of the paper has the probability of the detection.
+            Goal::Weight => weight * odds.grasp,
+        }
+    }
+}
+
 impl ItemReach {
     /// As the candidate of its robot; only the position and the bin are of use.
     fn candidate(&self) -> Candidate {
@@ -490,6 +560,7 @@ impl Horizon {
                 y: item.y,
                 weight: item.weight_on(station),
                 class: item.class_on(station),
+                odds: Odds::SURE,
             })
             .collect();
         let start = |robot: &Robot| robot.start() as u16;
@@ -499,12 +570,14 @@ impl Horizon {
             time: 0.0,
             robot: 0,
             candidates: &[],
+            candidate_odds: &[],
             free_at,
             places: &places,
             in_view: &in_view,
         };
         let mut horizon = Self::default();
-        horizon.read(&snapshot, f64::INFINITY, goal);
+        let foresee = true;
+        horizon.read(&snapshot, f64::INFINITY, Valuation { goal, foresee });
         horizon
     }
 }
@@ -523,7 +596,11 @@ mod tests {
     impl Strategy for Probe {
         fn decide(&mut self, snapshot: &Snapshot) -> crate::decision::Action {
             let horizon = &mut self.0;
-            horizon.read(snapshot, f64::INFINITY, Goal::Picks);
+            let valuation = Valuation {
+                goal: Goal::Picks,
+                foresee: true,
+            };
+            horizon.read(snapshot, f64::INFINITY, valuation);
             for candidate in snapshot.candidates {
                 let place = horizon.place(candidate.item).expect("a candidate is known");
                 let reach = horizon.reach(snapshot.robot, place);

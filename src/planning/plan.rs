@@ -161,7 +161,9 @@ impl PickPlan {
     pub(super) fn score(&self, horizon: &Horizon) -> PlanScore {
         // Items are in pattern order, downstream first, so the last one without an owner is the
         // last to leave.
-        let left = self.owner.iter().rposition(|&owner| owner == NOBODY);
+        let unplanned =
+            |place: &usize| self.owner[*place] == NOBODY && horizon.attempts[*place] == 0;
+        let left = (0..self.owner.len()).rev().find(unplanned);
         let mut end = left.map_or(f64::NEG_INFINITY, |place| horizon.leaves[place]);
         let mut free = 0.0;
         for robot in (0..horizon.robots()).filter(|&r| horizon.free[r].is_finite()) {

@@ -149,6 +149,11 @@ impl<'a> Run<'a> {
             state.places[index] = queue.place as u16;
         }
         if state.looks {
+            state.candidate_odds.clear();
+            if !self.scene.is_sure() {
+                let odds = state.candidates.iter().map(|c| self.scene.odds(c.item));
+                state.candidate_odds.extend(odds);
+            }
             state.view.update(self.scene, &state.claims, time);
         }
     }
@@ -163,6 +168,7 @@ impl<'a> Run<'a> {
             candidates: &self.state.candidates,
             free_at: &self.state.free_at,
             places: &self.state.places,
+            candidate_odds: &self.state.candidate_odds,
             in_view: &self.state.view.items,
         }
     }

@@ -4,7 +4,7 @@ use super::claims::Claims;
 use super::conditions::{Conditions, Disturbances};
 use super::downtimes::Downtimes;
 use super::windows::Windows;
-use crate::decision::{Candidate, Figures, LeftItem, LeftReason};
+use crate::decision::{Candidate, Figures, LeftItem, LeftReason, Odds};
 use crate::error::Result;
 use crate::pattern::{Item, Pattern};
 use crate::station::{Belt, ClassId, Station};
@@ -33,6 +33,8 @@ pub struct Scene<'a> {
     left: Vec<LeftItem>,
     /// The same as a set, in which a run begins: claimed by nobody, and free to nobody.
     not_offered: Claims,
+    /// What can go wrong with each item; empty if nothing can.
+    odds: Vec<Odds>,
     independent: bool,
     downtimes: Downtimes,
 }
@@ -75,6 +77,7 @@ impl<'a> Scene<'a> {
             station,
             pattern,
             sightings: sightings(station, pattern, &conditions),
+            odds: odds(pattern, &conditions),
             conditions,
             queues: vec![Vec::new(); station.robots().len()],
             windows: Vec::new(),
@@ -355,6 +358,18 @@ impl<'a> Scene<'a> {
         }
     }
 
+    /// What can go wrong with `item`, as far as it is known beforehand.
+    #[inline]
+    pub(super) fn odds(&self, item: u32) -> Odds {
+        let odds = self.odds.get(item as usize);
+        odds.copied().unwrap_or(Odds::SURE)
+    }
+
+    /// Whether nothing is known that can go wrong with any item.
+    pub(super) fn is_sure(&self) -> bool {
+        self.odds.is_empty()
+    }
+
     /// When item `index` would leave the belt [s].
     pub fn leaves_belt(&self, index: usize) -> f64 {
         let belt = self.station.belt();
@@ -383,6 +398,20 @@ fn sightings(station: &Station, pattern: &Pattern, conditions: &Conditions) -> V
         sightings.sort_by(|a, b| b.x0.total_cmp(&a.x0));
     }
     sightings
+}
+
+/// What can go wrong with each item; empty if nothing can.
+fn odds(pattern: &Pattern, conditions: &Conditions) -> Vec<Odds> {
+    let disturbances = &conditions.disturbances;
+    let of_item = |item: &Item| Odds {
+        grasp: disturbances.p_grasp(item),
+        ..Odds::SURE
+    };
+    let odds: Vec<Odds> = pattern.items().iter().map(of_item).collect();
+    if odds.iter().all(|odds| *odds == Odds::SURE) {
+        return Vec::new();
+    }
+    odds
 }
 
 /// The items that are left on the belt on purpose, downstream first.

@@ -13,7 +13,7 @@ use super::protocol::BeltState;
 use super::robots::Fleet;
 use super::sight::PlacedDetection;
 use super::windows::Windows;
-use pickline::decision::{BeltItem, Candidate};
+use pickline::decision::{BeltItem, Candidate, Odds};
 use pickline::station::Station;
 use std::ops::Range;
 
@@ -221,11 +221,20 @@ impl World {
         self.windows[robot].next_opening_after(time)
     }
 
-    /// Fills in the candidates of `robot` at `time` [s], downstream first, and notes that they were
-    /// offered.
-    pub(crate) fn offer(&mut self, robot: usize, time: f64, into: &mut Vec<Candidate>) {
+    /// Fills in the candidates of `robot` at `time` [s], downstream first, and what can go wrong with
+    /// each of them, and notes that they were offered.
+    pub(crate) fn offer(
+        &mut self,
+        robot: usize,
+        time: f64,
+        into: &mut Vec<Candidate>,
+        odds: &mut Vec<Odds>,
+    ) {
         self.windows[robot].candidates(time, into);
+        odds.clear();
         for candidate in into {
+            let tracked = self.items.get(candidate.item);
+            odds.push(tracked.map_or(Odds::SURE, |tracked| tracked.features.odds()));
             // A mutable access would count as a change.
             let is_new = self.items.get(candidate.item).is_some_and(|t| !t.offered);
             if is_new && let Some(tracked) = self.items.get_mut(candidate.item) {
@@ -258,6 +267,7 @@ impl World {
                     y: tracked.y,
                     weight: tracked.weight,
                     class,
+                    odds: tracked.features.odds(),
                 });
             }
         }
