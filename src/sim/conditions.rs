@@ -419,26 +419,6 @@ mod tests {
     }
 
     #[test]
-    fn conditions_say_what_can_go_wrong() {
-        let plain = Conditions::default();
-        let given = plain.clone().with_outage(Outage::new("r1", 3.0, 4.0));
-        let random = plain.clone().with_outages(RandomOutages::new(300.0, 20.0));
-        let failing = plain.clone().with_disturbances(failing(0.5));
-        let said = |c: &Conditions| (c.has_outages(), c.can_go_wrong(), c.is_random());
-        assert_eq!(said(&plain), (false, false, false));
-        assert_eq!(said(&given), (true, true, false));
-        assert_eq!(said(&random), (true, true, true));
-        assert_eq!(said(&failing), (false, true, true));
-        for bad in [
-            plain.clone().with_outage(Outage::new("r1", 4.0, f64::NAN)),
-            plain.with_outages(RandomOutages::new(300.0, f64::NAN)),
-        ] {
-            let message = bad.check().unwrap_err().to_string();
-            assert!(message.contains("'outage"), "{message}");
-        }
-    }
-
-    #[test]
     fn places_of_a_set_have_the_seeds_after_that_of_the_first() {
         let conditions = Conditions {
             update_hz: 10.0,

@@ -15,6 +15,7 @@ mod run;
 mod scene;
 mod trace;
 mod tree;
+mod updates;
 mod view;
 mod windows;
 

@@ -220,6 +220,7 @@ impl FromStr for RandomOutages {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sim::{Conditions, Disturbances};
 
     #[test]
     fn outages_are_read_as_they_are_written() {
@@ -310,5 +311,26 @@ mod tests {
             RandomOutages::new(300.0, 20.0).describe(),
             "robots fail after 300 s and are repaired in 20 s (means, exponential)"
         );
+    }
+
+    #[test]
+    fn conditions_say_what_can_go_wrong() {
+        let plain = Conditions::default();
+        let given = plain.clone().with_outage(Outage::new("r1", 3.0, 4.0));
+        let random = plain.clone().with_outages(RandomOutages::new(300.0, 20.0));
+        let failing = Disturbances::default().with_grasp_failures(true);
+        let failing = plain.clone().with_disturbances(failing);
+        let said = |c: &Conditions| (c.has_outages(), c.can_go_wrong(), c.is_random());
+        assert_eq!(said(&plain), (false, false, false));
+        assert_eq!(said(&given), (true, true, false));
+        assert_eq!(said(&random), (true, true, true));
+        assert_eq!(said(&failing), (false, true, true));
+        for bad in [
+            plain.clone().with_outage(Outage::new("r1", 4.0, f64::NAN)),
+            plain.with_outages(RandomOutages::new(300.0, f64::NAN)),
+        ] {
+            let message = bad.check().unwrap_err().to_string();
+            assert!(message.contains("'outage"), "{message}");
+        }
     }
 }

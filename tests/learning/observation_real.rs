@@ -88,7 +88,7 @@ fn pattern(station: &Station, spacing: f64) -> Pattern {
     let classed = shares.apply(&plain, &mut random_stream(1, 0)).unwrap();
     let mut items = classed.items().to_vec();
     for (number, item) in items.iter_mut().enumerate() {
-        item.p_grasp = (number % 3 > 0).then(|| 0.3 + 0.01 * number as f64);
+        item.p_grasp = (number % 3 > 0).then_some(0.3 + 0.01 * number as f64);
     }
     Pattern::new(items).unwrap()
 }

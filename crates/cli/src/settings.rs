@@ -300,9 +300,9 @@ impl OutageArgs {
     /// A text that is not an outage, or whose times are not valid.
     pub(crate) fn added_to(&self, conditions: Conditions) -> Result<Conditions> {
         let random = self.outages.as_deref().map(str::parse).transpose()?;
-        let given = self.outage.iter().map(|text| text.parse());
-        given.fold(Ok(conditions.with_outages(random)), |conditions, outage| {
-            Ok(conditions?.with_outage(outage?))
+        let mut given = self.outage.iter();
+        given.try_fold(conditions.with_outages(random), |conditions, text| {
+            Ok(conditions.with_outage(text.parse()?))
         })
     }
 }

@@ -4,6 +4,7 @@ use super::bound::CertifiedReport;
 use super::clearance::ClearanceReport;
 use super::columns::TableColumns;
 use super::csv_rows::{CsvRows, Displayed};
+use super::downtime::DowntimeReport;
 use super::presentation::Presentation;
 use super::provenance::Provenance;
 use super::table::fixed;
@@ -98,18 +99,6 @@ pub struct RobotRunReport {
     /// What went into each of its bins; omitted for a robot with one bin for everything.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub bins: Vec<BinRunReport>,
-}
-
-/// A time in which a robot was down.
-#[derive(Debug, Clone, Serialize)]
-#[non_exhaustive]
-pub struct DowntimeReport {
-    /// Index of the robot, upstream first.
-    pub robot: usize,
-    /// When it began [s].
-    pub from_s: f64,
-    /// When the robot was ready again, at the latest the end of the run [s].
-    pub to_s: f64,
 }
 
 /// What went into one bin.
@@ -313,15 +302,7 @@ impl RunReport {
                 })
                 .collect(),
             classes: classes_of(scene, outcome),
-            downtimes: outages.then(|| {
-                let all = outcome.downtimes.iter();
-                all.map(|down| DowntimeReport {
-                    robot: down.robot,
-                    from_s: down.from,
-                    to_s: down.to,
-                })
-                .collect()
-            }),
+            downtimes: outages.then(|| DowntimeReport::all(outcome)),
             missed_by_reason: missed_by_reason(scene, outcome),
             checked: None,
             bound: None,
