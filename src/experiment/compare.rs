@@ -8,6 +8,7 @@ use crate::decision::Figures;
 use crate::error::{Error, Result};
 use crate::optimize::Environment;
 use crate::pattern::Pattern;
+use crate::purity::PurityByBin;
 use crate::station::Station;
 use crate::stats;
 use crate::throughput::Throughput;
@@ -92,6 +93,8 @@ fn summarise(by_pattern: &[Vec<MethodRun>], methods: usize) -> Vec<MethodResult>
             let differences: Vec<f64> = rates.iter().zip(&first).map(|(a, b)| a - b).collect();
             let picking_rate = stats::mean(&rates);
             let shares = figure(method, &Figures::picked_share);
+            let contents = by_pattern.iter().map(|runs| runs[method].contents.as_ref());
+            let contents: Option<Vec<_>> = contents.collect();
             MethodResult {
                 runs: by_pattern.iter().map(|runs| runs[method].clone()).collect(),
                 picked_share: stats::mean(&shares),
@@ -108,6 +111,7 @@ fn summarise(by_pattern: &[Vec<MethodRun>], methods: usize) -> Vec<MethodResult>
                 } else {
                     0.0
                 },
+                purity: contents.and_then(|contents| PurityByBin::of(&contents)),
             }
         })
         .collect()

@@ -2,6 +2,7 @@
 
 use super::case::Case;
 use super::method::{Method, MethodRun};
+use crate::purity::PurityByBin;
 use crate::stats::Interval;
 use crate::throughput::Throughput;
 
@@ -30,6 +31,8 @@ pub struct MethodResult {
     pub difference: Option<Interval>,
     /// Excess of the mean picking rate over the first method's, as a share.
     pub benefit: f64,
+    /// Purity and recovery; `None` unless detections may be wrong.
+    pub purity: Option<PurityByBin>,
 }
 
 /// All methods on one case.

@@ -3,6 +3,7 @@
 use crate::decision::{Figures, Outcome};
 use crate::dispatch::{RULES, RuleAssignment};
 use crate::error::{Error, Result};
+use crate::purity::{BinContents, bin_contents};
 use crate::sim::{AssignmentTree, Scene, simulate, simulate_rules};
 use crate::strategies::{Blueprint, POLICY};
 use crate::throughput::{SteadyState, Unsteady, steady_state};
@@ -27,6 +28,8 @@ pub struct MethodRun {
     pub figures: Figures,
     /// The steady state of the run, or why there is none.
     pub steady: std::result::Result<SteadyState, Unsteady>,
+    /// What truly went into the bins; `None` unless detections may be wrong.
+    pub contents: Option<BinContents>,
     /// The assignment that greedy GT chose.
     pub chosen: Option<RuleAssignment>,
 }
@@ -36,6 +39,11 @@ impl MethodRun {
         Self {
             figures: outcome.figures,
             steady: steady_state(scene, outcome),
+            contents: scene
+                .conditions()
+                .disturbances
+                .misdetections
+                .then(|| bin_contents(scene, &outcome.picks)),
             chosen,
         }
     }

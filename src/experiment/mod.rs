@@ -12,6 +12,7 @@ mod range;
 mod robots_down;
 mod sweep;
 mod sweep_result;
+mod threshold;
 mod training;
 
 pub use bounds::add_bounds;
@@ -26,4 +27,5 @@ pub use range::{ValueLimit, find_limits};
 pub use robots_down::{HaltedPoint, HaltedRobot, ROBOTS_DOWN, RobotsDown, halt_each_robot};
 pub use sweep::{Axis, Setting, sweep_settings};
 pub use sweep_result::{AS_GOOD, Limit, Sweep, SweepBound, SweepPoint, SweepValue, SweptMethod};
+pub use threshold::{ChosenThreshold, ThresholdChoice, ThresholdChoices, choose_thresholds};
 pub use training::training_set;

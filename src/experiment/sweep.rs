@@ -1,4 +1,5 @@
-//! Varies one quantity of the line: belt speed, robots, spacing or reach.
+//! Varies one quantity of the line: belt speed, robots, spacing, reach, or the threshold of
+//! detections.
 
 use super::method::{Method, MethodRun};
 use super::robots_down::ROBOTS_DOWN;
@@ -9,6 +10,7 @@ use crate::error::{Error, Result, known_names, shown};
 use crate::optimize::{Environment, bound_beside};
 use crate::pattern::Pattern;
 use crate::planning::bound::{Bound, certified_percent};
+use crate::purity::PurityByBin;
 use crate::sim::{Conditions, Scene};
 use crate::station::Station;
 use crate::stats;
@@ -28,6 +30,9 @@ pub enum Axis {
     Spacing,
     /// Reach of every robot [m].
     Reach,
+    /// Lowest `p_detection` of items that are picked.
+    #[strum(serialize = "min-detection")]
+    MinDetection,
 }
 
 impl Axis {
@@ -51,7 +56,7 @@ impl Axis {
         })
     }
 
-    /// The name: `speed`, `robots`, `spacing` or `reach`.
+    /// The name: `speed`, `robots`, `spacing`, `reach` or `min-detection`.
     pub fn name(self) -> &'static str {
         self.into()
     }
@@ -59,14 +64,14 @@ impl Axis {
     /// Whether larger values help. If so, everything is picked from some value on, rather than
     /// up to one.
     pub fn helps(self) -> bool {
-        matches!(self, Self::Robots | Self::Reach)
+        matches!(self, Self::Robots | Self::Reach | Self::MinDetection)
     }
 
-    /// The unit of the values: `m/s`, `m`, or `1` for robots.
+    /// The unit of the values: `m/s`, `m`, or `1` for robots and probabilities.
     pub fn unit(self) -> &'static str {
         match self {
             Self::Speed => "m/s",
-            Self::Robots => "1",
+            Self::Robots | Self::MinDetection => "1",
             Self::Spacing | Self::Reach => "m",
         }
     }
@@ -79,6 +84,9 @@ pub struct Setting {
     pub value: f64,
     /// The station at this value.
     pub station: Station,
+    /// Items with a lower `p_detection` are left on the belt; `None` for the threshold of the
+    /// sweep's conditions.
+    pub min_detection: Option<f64>,
     /// The methods, of the same kinds in the same order at every value.
     pub methods: Vec<Method>,
 }
@@ -95,6 +103,8 @@ fn run_methods(
     if environment.stopped() {
         return Err(Error::interrupted());
     }
+    let least = setting.min_detection.unwrap_or(conditions.min_detection);
+    let conditions = conditions.with_min_detection(least);
     let scene = Scene::under(&setting.station, pattern, conditions)?;
     let runs = setting.methods.iter().map(|method| method.run(&scene));
     let runs: Vec<MethodRun> = runs.collect::<Result<_>>()?;
@@ -198,6 +208,7 @@ fn summarise(method: &Method, runs: &[&MethodRun], most: Option<f64>) -> SweepPo
     let all = |of: &dyn Fn(&Figures) -> f64| -> Vec<f64> { figures.iter().map(of).collect() };
     let shares = all(&Figures::picked_share);
     let rates = all(&Figures::picking_rate);
+    let contents: Option<Vec<_>> = runs.iter().map(|run| run.contents.as_ref()).collect();
     let of_patterns = |holds: &dyn Fn(&Figures) -> bool| {
         figures.iter().filter(|run| holds(run)).count() as f64 / runs.len() as f64
     };
@@ -216,6 +227,7 @@ fn summarise(method: &Method, runs: &[&MethodRun], most: Option<f64>) -> SweepPo
             let picked: usize = figures.iter().map(|run| run.picked).sum();
             certified_percent(picked as f64, most)
         }),
+        purity: contents.and_then(|contents| PurityByBin::of(&contents)),
         complete: figures.iter().map(Figures::complete).collect(),
     }
 }
@@ -231,6 +243,7 @@ mod tests {
             (Axis::Robots, "robots", "1", true),
             (Axis::Spacing, "spacing", "m", false),
             (Axis::Reach, "reach", "m", true),
+            (Axis::MinDetection, "min-detection", "1", true),
         ] {
             assert_eq!(Axis::named(name).unwrap(), axis);
             assert_eq!(

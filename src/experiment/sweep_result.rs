@@ -1,6 +1,7 @@
 //! What a sweep found: each method at each value, and up to which value it picks everything.
 
 use crate::error::{Error, Result, known_names, shown};
+use crate::purity::PurityByBin;
 use crate::stats::Interval;
 use crate::throughput::Throughput;
 
@@ -34,6 +35,8 @@ pub struct SweepPoint {
     pub nearly_complete_share: f64,
     /// Picks over all patterns as a proven share of the optimum [%]; `None` if not requested.
     pub certified: Option<f64>,
+    /// Purity and recovery; `None` unless detections may be wrong.
+    pub purity: Option<PurityByBin>,
     /// For each pattern, whether everything was picked.
     pub(super) complete: Vec<bool>,
 }
@@ -239,6 +242,7 @@ mod tests {
             complete_share: 1.0,
             nearly_complete_share: 1.0,
             certified: None,
+            purity: None,
             complete: vec![true],
         };
         let values = throughputs.iter().zip(arms_meet).enumerate();

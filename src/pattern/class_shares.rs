@@ -5,6 +5,7 @@ use crate::error::{Error, Result, shown, shown_number};
 use crate::names::check_name;
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
+use std::fmt;
 use std::str::FromStr;
 
 /// Shares may exceed 1 together by this much, which is due to rounding.
@@ -54,6 +55,14 @@ impl FromStr for ClassShares {
     }
 }
 
+impl fmt::Display for ClassShares {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let parts = self.shares.iter();
+        let parts = parts.map(|(name, share)| format!("{name}:{}", shown_number(*share)));
+        f.write_str(&parts.collect::<Vec<_>>().join(","))
+    }
+}
+
 impl ClassShares {
     /// Shares of `classes` that add up to 1, all of which are equally likely; `None` without classes.
     ///
@@ -98,6 +107,7 @@ mod tests {
     #[test]
     fn classes_have_their_shares_and_the_rest_has_none() {
         let shares: ClassShares = "pet:0.5, a:b:0.2".parse().unwrap();
+        assert_eq!(shares.to_string(), "pet:0.5,a:b:0.2");
         let pattern = grid(1.0, 0.05, 4000).unwrap();
         let drawn = shares.apply(&pattern, &mut random_stream(3, 0)).unwrap();
         for (class, share) in [(Some("pet"), 0.5), (Some("a:b"), 0.2), (None, 0.3)] {

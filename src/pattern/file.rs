@@ -6,7 +6,7 @@ use crate::error::{Error, Result, known_names, nearest, shown};
 use std::path::Path;
 
 const REQUIRED: [&str; 3] = ["id", "x", "y"];
-const COLUMNS: [&str; 8] = [
+const COLUMNS: [&str; 9] = [
     "id",
     "x",
     "y",
@@ -15,8 +15,11 @@ const COLUMNS: [&str; 8] = [
     "p_grasp",
     "weight",
     "class",
+    TRUE_CLASS,
 ];
 
+/// The column with what an item truly is.
+const TRUE_CLASS: &str = "true_class";
 /// Index of the area in [`COLUMNS`].
 const AREA: usize = 3;
 
@@ -136,6 +139,16 @@ fn known_column(name: &str) -> Option<(usize, f64)> {
     }
 }
 
+/// Whether `column` is probably meant to be a known column. The long name `true_class` is similar to
+/// too many others, such as `item_class`, for more than another separator to count.
+fn is_misspelt(column: &str) -> bool {
+    let others = COLUMNS.into_iter().filter(|name| *name != TRUE_CLASS);
+    let letters = |name: &str| -> String { name.chars().filter(|c| c.is_alphanumeric()).collect() };
+    // A single letter is always similar to `x` and `y`.
+    let similar = column.chars().count() > 1 && nearest(column, others).is_some();
+    similar || letters(column).eq_ignore_ascii_case(&letters(TRUE_CLASS))
+}
+
 fn read_header(
     header: &csv::StringRecord,
     name: &str,
@@ -159,9 +172,7 @@ fn read_header(
     let mut ignored = Vec::new();
     for (place, column) in header.iter().enumerate() {
         let Some((known, metres)) = known_column(column) else {
-            // A single letter is always similar to `x` and `y`.
-            let meant = nearest(column, COLUMNS).filter(|_| column.chars().count() > 1);
-            if meant.is_some() {
+            if is_misspelt(column) {
                 let problem = format!("unknown column `{}`", shown(column));
                 return Err(wrong(place, problem, known_names(column, &COLUMNS)));
             }
@@ -228,6 +239,7 @@ fn read_item(
             .caused_by(cause)),
         }
     };
+    let text = |column: usize| Some(field(column).to_owned()).filter(|text| !text.is_empty());
     let required = |column: usize, value: Option<f64>| {
         value.ok_or_else(|| {
             Error::input(
@@ -245,9 +257,8 @@ fn read_item(
         p_detection: optional(4)?,
         p_grasp: optional(5)?,
         weight: optional(6)?,
-        class: Some(field(7))
-            .filter(|text| !text.is_empty())
-            .map(str::to_owned),
+        class: text(7),
+        true_class: text(8),
     })
 }
 
@@ -261,7 +272,7 @@ pub fn to_csv(pattern: &Pattern) -> String {
         ("x", Box::new(|item| item.x0.to_string())),
         ("y", Box::new(|item| item.y.to_string())),
     ];
-    let optional: [Column; 5] = [
+    let optional: [Column; 6] = [
         ("area_cm2", Box::new(move |item| number(item.area_cm2))),
         (
             "p_detection",
@@ -272,6 +283,10 @@ pub fn to_csv(pattern: &Pattern) -> String {
         (
             "class",
             Box::new(|item| item.class.clone().unwrap_or_default()),
+        ),
+        (
+            TRUE_CLASS,
+            Box::new(|item| item.true_class.clone().unwrap_or_default()),
         ),
     ];
     for column in optional {

@@ -34,11 +34,12 @@ pub struct Domain {
     /// Share of the training after which the densest patterns are included. Until then, the
     /// smallest spacing falls from the upper to the lower end.
     pub curriculum: f64,
-    /// Share of the patterns whose grasps may fail.
+    /// Share of the patterns on which attempts may fail.
     #[serde(default)]
     pub failing: f64,
-    /// The probability that a grasp succeeds on these, for all items of a pattern or, on half of them,
-    /// for each item on its own.
+    /// The probability that a grasp succeeds on these. On half of them it is the same for all items; on
+    /// the others each item has its own, and detections are wrong with probabilities from the same
+    /// interval.
     #[serde(default = "sure")]
     pub grasp_success: ClosedInterval,
     /// If above 0, decisions are made only at multiples of 1 / this [s]: 10 Hz in the paper. 0
@@ -62,7 +63,7 @@ setters!(Domain {
     fn with_speed(speed: ClosedInterval);
     /// With the densest patterns only after this share of the training.
     fn with_curriculum(curriculum: f64);
-    /// With this share of patterns whose grasps may fail.
+    /// With this share of patterns on which attempts may fail.
     fn with_failing(failing: f64);
     /// With probabilities of a grasp's success from this interval.
     fn with_grasp_success(grasp_success: ClosedInterval);
@@ -174,7 +175,7 @@ impl Domain {
         })
     }
 
-    /// Lets grasps fail on some of the patterns.
+    /// Lets attempts fail on some of the patterns.
     fn with_failures(
         &self,
         pattern: Pattern,
@@ -194,11 +195,13 @@ impl Domain {
         if rng.random::<bool>() {
             return Ok((pattern, failing));
         }
+        let mut success = || Some(low + (high - low) * rng.random::<f64>());
         let mut items = pattern.items().to_vec();
         for item in &mut items {
-            item.p_grasp = Some(low + (high - low) * rng.random::<f64>());
+            item.p_grasp = success();
+            item.p_detection = success();
         }
-        Ok((Pattern::new(items)?, failing))
+        Ok((Pattern::new(items)?, failing.with_misdetections(true)))
     }
 }
 
@@ -220,6 +223,52 @@ pub(crate) fn with_classes(
 mod tests {
     use super::*;
     use crate::station::built_in;
+
+    #[test]
+    fn failures_and_classes_are_drawn_and_change_nothing_else() {
+        let station = built_in("sorting").unwrap().station(None).unwrap();
+        let stations = [station];
+        let plain = Domain::BROAD.draw(&stations, 60, 1.0, 3).unwrap();
+        let domain = Domain::BROAD
+            .with_failing(0.5)
+            .with_grasp_success((0.4, 0.9));
+        let drawn = domain.draw(&stations, 60, 1.0, 3).unwrap();
+        let (mut failing, mut own) = (0, 0);
+        for (plain, drawn) in plain.iter().zip(&drawn) {
+            assert_eq!(plain.disturbances, Disturbances::default());
+            let places = |course: &Course| -> Vec<_> {
+                let items = course.pattern.items().iter();
+                items.map(|i| (i.x0, i.y, i.class.clone())).collect()
+            };
+            assert_eq!(places(plain), places(drawn));
+            assert!(
+                plain
+                    .pattern
+                    .items()
+                    .iter()
+                    .all(|item| item.class.is_some())
+            );
+            let disturbances = &drawn.disturbances;
+            if !disturbances.grasp_failures {
+                continue;
+            }
+            failing += 1;
+            assert!((0.4..=0.9).contains(&disturbances.default_p_grasp));
+            let items = drawn.pattern.items();
+            let within = |p: Option<f64>| p.is_some_and(|p| (0.4..=0.9).contains(&p));
+            if disturbances.misdetections {
+                own += 1;
+                assert!(
+                    items
+                        .iter()
+                        .all(|i| within(i.p_grasp) && within(i.p_detection))
+                );
+            } else {
+                assert!(items.iter().all(|i| i.p_grasp.is_none()));
+            }
+        }
+        assert!((20..=40).contains(&failing) && own > 5 && own < failing - 5);
+    }
 
     #[test]
     fn patterns_become_denser_and_the_same_seed_draws_the_same() {

@@ -61,7 +61,7 @@ impl RunBuffers {
         refill(&mut self.robots, robots, RobotFigures::default());
         self.picks.clear();
         self.failures.clear();
-        let attempted = scene.conditions().disturbances.any();
+        let attempted = scene.conditions().disturbances.may_fail();
         refill(&mut self.attempts, if attempted { items } else { 0 }, 0);
         self.ending.clear();
         self.last_release = 0.0;

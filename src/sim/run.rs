@@ -131,7 +131,7 @@ impl<'a> Run<'a> {
             state
                 .candidates
                 .retain(|c| (c.open..=c.close).contains(&time));
-        } else if disturbances.any() {
+        } else if disturbances.may_fail() {
             // Items that were given back may open later.
             state.candidates.retain(|c| c.open <= time);
         }

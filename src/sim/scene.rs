@@ -73,18 +73,18 @@ impl<'a> Scene<'a> {
     ) -> Result<Self> {
         conditions.check_on(station)?;
         pattern.check_on(station)?;
-        let disturbed = conditions.disturbances.any();
+        let disturbed = conditions.disturbances.may_fail();
         let mut scene = Self {
             station,
             pattern,
             sightings: sightings(station, pattern, &conditions),
             odds: odds(pattern, &conditions),
+            left: left_items(station, pattern, &conditions),
             conditions,
             queues: vec![Vec::new(); station.robots().len()],
             windows: Vec::new(),
             positions: Vec::new(),
             windowed: Claims::none(pattern.len()),
-            left: left_items(station, pattern),
             not_offered: Claims::none(pattern.len()),
             independent: true,
             downtimes: Downtimes::default(),
@@ -298,7 +298,7 @@ impl<'a> Scene<'a> {
     /// of robots that have a window for it, the upstream window must close strictly before the
     /// downstream one opens, and no disturbance may give an item back.
     pub fn is_independent(&self) -> bool {
-        self.independent && !self.conditions.disturbances.any()
+        self.independent && !self.conditions.disturbances.may_fail()
     }
 
     /// When `robot` makes a decision that is due at `time` [s]: at the next update at which it is
@@ -406,7 +406,7 @@ fn odds(pattern: &Pattern, conditions: &Conditions) -> Vec<Odds> {
     let disturbances = &conditions.disturbances;
     let of_item = |item: &Item| Odds {
         grasp: disturbances.p_grasp(item),
-        ..Odds::SURE
+        detection: disturbances.p_detection(item),
     };
     let odds: Vec<Odds> = pattern.items().iter().map(of_item).collect();
     if odds.iter().all(|odds| *odds == Odds::SURE) {
@@ -416,14 +416,17 @@ fn odds(pattern: &Pattern, conditions: &Conditions) -> Vec<Odds> {
 }
 
 /// The items that are left on the belt on purpose, downstream first.
-fn left_items(station: &Station, pattern: &Pattern) -> Vec<LeftItem> {
+fn left_items(station: &Station, pattern: &Pattern, conditions: &Conditions) -> Vec<LeftItem> {
     let reason = |item: &Item| {
         let class = item.class.as_deref();
         let unwanted = class.and_then(|name| station.class(name));
         if unwanted.is_some_and(|class| !class.wanted) {
             Some(LeftReason::Unwanted)
+        } else if !station.takes(station.class_id(class)) {
+            Some(LeftReason::NoBin)
         } else {
-            (!station.takes(station.class_id(class))).then_some(LeftReason::NoBin)
+            let uncertain = conditions.is_too_uncertain(item);
+            uncertain.then_some(LeftReason::LowDetection)
         }
     };
     let items = pattern.items().iter().zip(0u32..);

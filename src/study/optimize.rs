@@ -277,7 +277,7 @@ impl<'a> OptimizeStudy<'a> {
         }
         let recipe = Recipe {
             seed: self.set.recipe.seed.wrapping_add(1),
-            ..self.set.recipe
+            ..self.set.recipe.clone()
         };
         let fresh = self.set.source.draw_fresh(&recipe, count)?;
         if fresh.is_some() || !self.conditions.is_random() {

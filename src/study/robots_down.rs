@@ -111,6 +111,7 @@ impl<'a> RobotsDownStudy<'a> {
             let line = LineAt {
                 value: robots as f64,
                 station: station.clone(),
+                min_detection: None,
             };
             recipe.items = values::items(&[line], &set.patterns, recipe.items)?;
             set = source.build(&recipe)?;

@@ -15,6 +15,7 @@ mod pairing;
 #[cfg(unix)]
 #[path = "../common/programs.rs"]
 mod programs;
+mod purity_columns;
 mod ranking_columns;
 mod results;
 mod robots_down_columns;

@@ -31,7 +31,7 @@ impl SweepArgs {
     pub(super) fn resolve_robots_down(self) -> Result<RobotsDownPlan> {
         self.common.check()?;
         let chart = pictures::checked::<RobotsDownReport>(&self.pictures)?;
-        self.check_range()?;
+        self.check_flags()?;
         let conditions = self.conditions.resolve(&self.common)?;
         let conditions = self.outages.added_to(conditions)?;
         let remark = |text: &str| self.common.remark(text);
@@ -39,7 +39,8 @@ impl SweepArgs {
         let saved = saved.filter(|saved| !self.strategy.contains(saved));
         let patterns = self
             .feed
-            .patterns(&self.patterns, self.items, &self.station)?;
+            .patterns(&self.patterns, self.items, &self.station)?
+            .with_attributes(self.attributes.resolve()?);
         self.check_files::<RobotsDownReport>(&patterns, saved.as_deref())?;
         self.station.check_conditions(&conditions, &station)?;
         let options = self.robots_down_options(patterns, saved, &conditions, &station)?;
@@ -54,18 +55,23 @@ impl SweepArgs {
         })
     }
 
-    /// Refuses the ends and the step of a range: robots are halted one by one.
-    fn check_range(&self) -> Result<()> {
-        let range = [
-            ("--from", self.from),
-            ("--to", self.to),
-            ("--step", self.step),
+    /// Refuses the ends and the step of a range, as robots are halted one by one, and what asks for
+    /// the purity of bins, which is not reported.
+    fn check_flags(&self) -> Result<()> {
+        let given = [
+            ("--from", self.from.is_some()),
+            ("--to", self.to.is_some()),
+            ("--step", self.step.is_some()),
+            ("--purity", self.purity.is_some()),
+            ("--misdetections", self.detections.misdetections),
         ];
-        let given = range.iter().find(|(_, value)| value.is_some());
+        let given = given.iter().find(|(_, is_given)| *is_given);
         given.map_or(Ok(()), |(flag, _)| {
             Err(Error::usage(
                 *flag,
-                format!("does not apply to --sweep {ROBOTS_DOWN}, which halts every robot in turn"),
+                format!(
+                    "does not apply to --sweep {ROBOTS_DOWN}, which only halts every robot in turn"
+                ),
                 "leave it out",
             ))
         })

@@ -51,6 +51,7 @@ impl SimulateArgs {
         let common = &self.common;
         common.check()?;
         let conditions = self.conditions.resolve(common)?;
+        let conditions = self.detections.add_to(conditions);
         let conditions = self.outages.added_to(conditions)?;
         self.check_files()?;
         let allowance = Allowance::default().with_asked(budget(self.budget_ms)?);

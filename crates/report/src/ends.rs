@@ -29,6 +29,8 @@ ends! {
     loss_percent: "loss_low", "loss_high";
     mean: "mean_low", "mean_high";
     picked_share: "picked_share_low", "picked_share_high";
+    purity: "purity_low", "purity_high";
+    recovery: "recovery_low", "recovery_high";
     picking_rate: "picking_rate_low", "picking_rate_high";
     throughput: "throughput_low", "throughput_high";
 }

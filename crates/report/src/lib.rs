@@ -19,6 +19,7 @@ mod palette;
 mod presentation;
 mod protection;
 mod provenance;
+mod purity;
 mod replay;
 mod robots_down;
 mod run;

@@ -7,10 +7,12 @@ use super::csv_rows::{CsvRows, Displayed};
 use super::downtime::DowntimeReport;
 use super::presentation::Presentation;
 use super::provenance::Provenance;
+use super::purity::RunPurityReport;
 use super::table::fixed;
 use super::throughput::ThroughputReport;
 use super::verb_report::{ResultFile, VerbReport};
 use pickline::decision::{MissReason, Outcome, Pick, RobotFigures};
+use pickline::purity::bin_contents;
 use pickline::sim::Scene;
 use pickline::station::Robot;
 use pickline::throughput::{Throughput, steady_state};
@@ -56,6 +58,9 @@ pub struct RunReport {
     /// The times in which robots were down, in order; omitted if no robot can be down.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub downtimes: Option<Vec<DowntimeReport>>,
+    /// Purity and recovery of the bins; omitted unless detections may be wrong.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sorting: Option<RunPurityReport>,
     /// Number of items missed for each reason.
     pub missed_by_reason: BTreeMap<&'static str, usize>,
     /// Whether the independent checker confirmed the run; omitted if not requested.
@@ -239,6 +244,13 @@ fn classes_of(scene: &Scene, outcome: &Outcome) -> Vec<ClassRunReport> {
     counts.into_iter().map(report).collect()
 }
 
+/// What truly went into the bins, if detections may be wrong.
+fn purity_of(scene: &Scene, outcome: &Outcome) -> Option<RunPurityReport> {
+    let chance = &scene.conditions().disturbances;
+    let wrong = chance.misdetections;
+    wrong.then(|| RunPurityReport::new(&bin_contents(scene, &outcome.picks)))
+}
+
 impl RunReport {
     /// The report of `outcome`, a run on `scene`.
     pub fn new(strategy: String, scene: &Scene, outcome: &Outcome, made: Provenance) -> Self {
@@ -303,6 +315,7 @@ impl RunReport {
                 .collect(),
             classes: classes_of(scene, outcome),
             downtimes: outages.then(|| DowntimeReport::all(outcome)),
+            sorting: purity_of(scene, outcome),
             missed_by_reason: missed_by_reason(scene, outcome),
             checked: None,
             bound: None,
@@ -341,7 +354,7 @@ impl RunReport {
         format!(
             "{}{}{}strategy  {}\npicked    {} of {} ({} %) in {} s\n\
              rate      {} picks/min over the whole run{weighted}\n\
-             {}{}{}{checked}{}{}{}",
+             {}{}{}{}{checked}{}{}{}",
             self.throughput.line(),
             robots,
             self.classes_table(),
@@ -353,6 +366,9 @@ impl RunReport {
             fixed(self.picking_rate_per_min, 2),
             self.missed_line(),
             self.unwanted_line(),
+            self.sorting
+                .as_ref()
+                .map_or(String::new(), RunPurityReport::text),
             self.failed_line(),
             self.clearance
                 .as_ref()

@@ -57,6 +57,10 @@ fn flags_of_each_verb() {
     file("file", "x");
     file("p.csv", PATTERN);
     file("wide.csv", "id,x,y\na,0,0\nb,-1,3\n");
+    file(
+        "doubtful.csv",
+        "id,x,y,p_detection\na,0,0,0.5\nb,-1,0,0.7\n",
+    );
     std::fs::create_dir(path.join("empty")).unwrap();
     std::fs::create_dir(path.join("mixed")).unwrap();
     file("mixed/a.csv", PATTERN);

@@ -85,10 +85,6 @@ pub(crate) struct GenerateArgs {
     /// linearly between rows
     #[arg(long, value_name = "FILE")]
     pub profile: Option<PathBuf>,
-    /// Classes of the items with their shares, such as pet:0.4,hdpe:0.3,wood:0.3; the rest has
-    /// none
-    #[arg(long, value_name = "SHARES")]
-    pub classes: Option<String>,
     #[command(flatten)]
     pub feed: FeedArgs,
     /// Belt width [m] [default: the station's]

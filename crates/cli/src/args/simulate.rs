@@ -1,6 +1,6 @@
 //! The arguments of `pickline simulate`.
 
-use super::conditions::{ConditionArgs, OutageArgs};
+use super::conditions::{ConditionArgs, DetectionArgs, OutageArgs};
 use super::shared::{Common, StationChoice, strategy_help};
 use clap::Args;
 use std::path::PathBuf;
@@ -20,6 +20,8 @@ pub(crate) struct SimulateArgs {
     pub common: Common,
     #[command(flatten)]
     pub conditions: ConditionArgs,
+    #[command(flatten)]
+    pub detections: DetectionArgs,
     #[command(flatten)]
     pub outages: OutageArgs,
     /// Pattern file (CSV), or `-` for stdin [default: a 0.15 m grid of 50 items]

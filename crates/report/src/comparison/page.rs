@@ -5,6 +5,7 @@ use super::report::{CaseReport, ComparisonReport, MethodResultReport, PrintedRep
 use crate::bound::CaseBoundReport;
 use crate::columns::TableColumns;
 use crate::page::{Cell, PageFigure, PageSection, PageTable, ReportPage, charts, escape};
+use crate::purity::{PURITY_CAPTION, purity_page_columns};
 use pickline::stats::Interval;
 
 /// The page for `report`.
@@ -67,6 +68,13 @@ fn tables(report: &ComparisonReport) -> Vec<PageSection> {
              included; certified is at least that share of the picks that the best strategy \
              could make. Means over the patterns."
                 .into(),
+        ));
+    }
+    if report.has_purity() {
+        sections.push(PageSection::Table(
+            "Purity and recovery".into(),
+            purities(report),
+            PURITY_CAPTION.into(),
         ));
     }
     if report.with_paper {
@@ -259,6 +267,16 @@ fn figures(report: &ComparisonReport) -> PageTable {
                 .into()
         });
     PageTable::of(&columns, rows(report, 0, |_| true))
+}
+
+/// Purity and recovery of each method's bins.
+fn purities(report: &ComparisonReport) -> PageTable {
+    let methods = report.purities().into_iter();
+    let rows = methods.flat_map(|rows| {
+        let rows = rows.into_iter().enumerate();
+        rows.map(|(place, row)| (place == 0, row))
+    });
+    PageTable::of(&purity_page_columns("<case"), rows)
 }
 
 fn differences(report: &ComparisonReport) -> PageTable {

@@ -4,6 +4,7 @@ use super::report::{CaseReport, ComparisonReport, MethodResultReport, PrintedRep
 use crate::bound::{CaseBoundReport, rounded_up};
 use crate::columns::TableColumns;
 use crate::game_theory::GT_LINE;
+use crate::purity::purity_table;
 use crate::table::{fixed, interval};
 
 /// A row of the table: a method on a case, or the bound of a case.
@@ -72,11 +73,21 @@ impl ComparisonReport {
             false => "",
         };
         format!(
-            "{table}{GT_LINE}means over {}\n{certified}{}{}",
+            "{table}{GT_LINE}{}means over {}\n{certified}{}{}",
+            self.purity_text(),
             counts.join("; "),
             notes.collect::<String>(),
             self.made.lines()
         )
+    }
+
+    /// Purity and recovery; empty unless detections may be wrong.
+    fn purity_text(&self) -> String {
+        let rows: Vec<_> = self.purities().into_iter().flatten().collect();
+        match rows.is_empty() {
+            true => String::new(),
+            false => purity_table("<case", &rows),
+        }
     }
 
     fn is_bounded(&self) -> bool {

@@ -3,17 +3,21 @@
 //! | file | what it is |
 //! |---|---|
 //! | `report.rs` | the figures |
+//! | `thresholds.rs` | the thresholds of detections for a wanted purity |
 //! | `words.rs` | limits and recommendations in words |
-//! | `text.rs`, `csv.rs`, `charts.rs`, `page.rs` | how they are shown |
+//! | `text.rs`, `csv.rs`, `charts.rs`, `page.rs` | how they are shown; of charts, `purity_chart.rs` has one and `chart_parts.rs` what several use |
 
+mod chart_parts;
 mod charts;
 mod csv;
 mod page;
+mod purity_chart;
 mod report;
 mod text;
+mod thresholds;
 mod words;
 
-pub(crate) use charts::method_words;
+pub(crate) use chart_parts::method_words;
 pub use report::SweepReport;
 
 use crate::charts::ChartKind;
@@ -24,6 +28,8 @@ use crate::verb_report::{ResultFile, VerbReport};
 impl VerbReport for SweepReport {
     const FILES: &'static [ResultFile<Self>] = &[
         ResultFile::text("sweep.csv", Self::points_csv),
+        ResultFile::if_any("purity.csv", Self::purity_csv),
+        ResultFile::if_any("thresholds.csv", Self::thresholds_csv),
         ResultFile::json("sweep.json"),
     ];
     const CHARTS: &'static [ChartKind<Self>] = charts::CHARTS;

@@ -4,6 +4,7 @@ use super::report::{BoundPoint, LimitReport, PointReport, SweepReport};
 use crate::bound::rounded_up;
 use crate::columns::TableColumns;
 use crate::game_theory::GT_LINE;
+use crate::purity::purity_table;
 use crate::table::{fixed, interval};
 
 /// A row of the table: a method at a value.
@@ -34,8 +35,20 @@ impl SweepReport {
             }
         });
         let mut text = self.columns(many).table(rows) + GT_LINE;
-        for limit in &self.limits {
+        if self.has_purity() {
+            let rows: Vec<_> = self.purities().into_iter().flatten().collect();
+            text += &purity_table(&self.varied(), &rows);
+        }
+        // What is below a threshold does not count as missed, so a limit would say nothing.
+        let limits = self.limits.iter().filter(|_| !self.is_of_thresholds());
+        for limit in limits {
             text += &self.limit_line(limit, many);
+        }
+        if let Some(thresholds) = &self.thresholds {
+            for words in thresholds.words(str::to_owned) {
+                text += &format!("choose    {words}\n");
+            }
+            text += &format!("training  {}\n", thresholds.trained_on);
         }
         for words in self.recommendations(str::to_owned) {
             text += &format!("choose    {words}\n");
@@ -43,7 +56,8 @@ impl SweepReport {
         if let Some(words) = self.avoided() {
             text += &format!("avoid     {words}\n");
         }
-        if let Some(bounds) = &self.bounds {
+        let bounds = self.bounds.as_ref().filter(|_| !self.is_of_thresholds());
+        if let Some(bounds) = bounds {
             text += &format!("bound     {}\n", bounds.words(self.helps, self.unit_word()));
         }
         if let Some(paper) = &self.paper {
