@@ -63,6 +63,7 @@ type Claim = Option<(usize, f64)>;
 /// lists of missed items and of items left on purpose are consistent.
 /// With disturbances (`docs/model.md`), a failed attempt occupies its robot as long as a pick and
 /// claims its item until the end of the grasp. Whether a grasp fails is random and is not checked.
+/// Nor is when robots are down, but none of them decides then.
 /// Items may be left for their low `p_detection`, if all others have a higher one.
 ///
 /// # Errors
@@ -73,6 +74,7 @@ pub fn check(station: &Station, pattern: &Pattern, outcome: &Outcome) -> Result<
         pattern,
         tolerance: TOLERANCE,
     };
+    check_downtimes(station, outcome)?;
     let mut first = None;
     let claims = follow(&checked, &attempts(outcome)?, &mut |violation| {
         first.get_or_insert(violation);
@@ -191,6 +193,36 @@ fn slack(size: f64) -> f64 {
     slack_of(TOLERANCE, size)
 }
 
+/// Checks that the times in which robots were down are possible, and that no robot decided then.
+fn check_downtimes(station: &Station, outcome: &Outcome) -> Result<()> {
+    let mut of_robots: Vec<Vec<(f64, f64)>> = vec![Vec::new(); station.robots().len()];
+    for down in &outcome.downtimes {
+        let possible = 0.0 <= down.from && down.from < down.to && down.to <= outcome.figures.end;
+        let own = of_robots.get_mut(down.robot).filter(|own| {
+            let before = own.last().map_or(f64::NEG_INFINITY, |&(_, to)| to);
+            possible && before < down.from
+        });
+        let Some(own) = own else {
+            return Err(Error::refuted(format!(
+                "robot {} is listed as down from {} s to {} s, which is not possible",
+                down.robot, down.from, down.to
+            )));
+        };
+        own.push((down.from, down.to));
+    }
+    for (attempt, _) in attempts(outcome)? {
+        let own = of_robots.get(attempt.robot).map_or(&[][..], Vec::as_slice);
+        let begun = own.partition_point(|&(from, _)| from <= attempt.decide);
+        if let Some(&(from, to)) = own[..begun].last()
+            && attempt.decide < to - slack(to)
+        {
+            let problem = format!("the robot is down from {from} s to {to} s");
+            return Err(Violation::of(attempt, problem).into());
+        }
+    }
+    Ok(())
+}
+
 fn check_missed(
     station: &Station,
     pattern: &Pattern,
@@ -245,6 +277,13 @@ fn check_missed(
                 miss.item,
                 miss.reason.name(),
                 if reachable { "a" } else { "no" }
+            )));
+        }
+        if miss.reason == MissReason::RobotDown && outcome.downtimes.is_empty() {
+            return Err(Error::refuted(format!(
+                "item {} is listed as {}, but no robot was down",
+                miss.item,
+                miss.reason.name()
             )));
         }
         let attempted = claims[miss.item as usize].is_some();

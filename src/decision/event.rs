@@ -42,6 +42,20 @@ pub enum Event<'a> {
         /// When the robot has returned and is free [s].
         free: f64,
     },
+    /// A robot goes down.
+    RobotDown {
+        /// From when on it makes no decision [s].
+        time: f64,
+        /// Index of the robot.
+        robot: usize,
+    },
+    /// A robot that was down is ready again.
+    RobotUp {
+        /// From when on it makes decisions [s].
+        time: f64,
+        /// Index of the robot.
+        robot: usize,
+    },
     /// An item leaves the belt unpicked.
     LeftBelt {
         /// When the item leaves the belt [s].
@@ -59,6 +73,8 @@ impl Event<'_> {
             Self::Grasp { time, .. }
             | Self::Release { time, .. }
             | Self::GraspFailed { time, .. }
+            | Self::RobotDown { time, .. }
+            | Self::RobotUp { time, .. }
             | Self::LeftBelt { time, .. } => time,
         }
     }
@@ -123,6 +139,8 @@ mod tests {
                 5.0,
             ),
             (Event::LeftBelt { time: 6.0, item }, 6.0),
+            (Event::RobotDown { time: 7.0, robot }, 7.0),
+            (Event::RobotUp { time: 8.0, robot }, 8.0),
         ] {
             assert_eq!(event.time(), time, "{event:?}");
         }

@@ -13,8 +13,8 @@ pub use candidate::{Candidate, Moment};
 pub use event::{Event, Observer};
 pub use odds::Odds;
 pub use outcome::{
-    Failure, FailureCause, Figures, LeftItem, LeftReason, Miss, MissReason, Outcome, Pick,
-    RobotFigures,
+    Downtime, Failure, FailureCause, Figures, LeftItem, LeftReason, Miss, MissReason, Outcome,
+    Pick, RobotFigures,
 };
 pub use snapshot::{BeltItem, Snapshot};
 pub(crate) use strategy::answer;

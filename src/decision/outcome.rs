@@ -72,6 +72,8 @@ pub enum MissReason {
     PassedOver,
     /// No robot has a window for its reported position after the camera has seen it.
     Unseen,
+    /// The robots were busy or down during all of its windows, and one of them was down during one.
+    RobotDown,
     /// The robots were busy during all of its windows.
     Busy,
 }
@@ -121,6 +123,17 @@ pub struct LeftItem {
     pub item: u32,
     /// Why it was left.
     pub reason: LeftReason,
+}
+
+/// A time in which a robot was down: it made no decision from `from` on, and before `to`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Downtime {
+    /// Index of the robot.
+    pub robot: usize,
+    /// When it began [s].
+    pub from: f64,
+    /// When the robot was ready again, at the latest the end of the run [s].
+    pub to: f64,
 }
 
 /// The figures of one robot.
@@ -200,6 +213,17 @@ pub struct Outcome {
     /// All items that were left on purpose, downstream first; none on a station where every item is
     /// wanted.
     pub left: Vec<LeftItem>,
+    /// All times in which robots were down during the run, in order of beginning, then of robots; none
+    /// without outages.
+    pub downtimes: Vec<Downtime>,
+}
+
+impl Outcome {
+    /// How long robot `robot` was down during the run [s].
+    pub fn time_down(&self, robot: usize) -> f64 {
+        let own = self.downtimes.iter().filter(|down| down.robot == robot);
+        own.map(|down| down.to - down.from).sum()
+    }
 }
 
 #[cfg(test)]
@@ -263,6 +287,7 @@ mod tests {
             "grasp_failed",
             "passed_over",
             "unseen",
+            "robot_down",
             "busy",
         ];
         let all: Vec<_> = MissReason::ALL.iter().map(|r| r.name()).collect();

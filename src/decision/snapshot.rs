@@ -37,7 +37,8 @@ pub struct Snapshot<'a> {
     pub candidates: &'a [Candidate],
     /// What can go wrong with each of them; empty if nothing can.
     pub candidate_odds: &'a [Odds],
-    /// When each robot is free [s]: at most `time` if it is idle, infinite if it waits forever.
+    /// When each robot is free [s]: at most `time` if it is idle, infinite if it waits forever or is
+    /// down, because nobody knows how long an outage lasts.
     pub free_at: &'a [f64],
     /// Where each robot's arm is, or will be once it is free: an index for
     /// [`Robot::place`](crate::station::Robot::place).

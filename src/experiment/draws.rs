@@ -28,7 +28,7 @@ impl Draws<'_> {
         let has_seeds = patterns.iter().any(|(seed, _)| seed.is_some());
         let chance = &self.conditions.disturbances;
         let draws = |(_, pattern): &(_, Pattern)| chance.draws_detections(pattern.items());
-        if has_seeds || !(chance.may_fail() || patterns.iter().any(draws)) {
+        if has_seeds || !(self.conditions.is_random() || patterns.iter().any(draws)) {
             return Ok(patterns);
         }
         let seeds = (0..self.replicates as u64).map(|r| Some(self.first_seed.wrapping_add(r)));

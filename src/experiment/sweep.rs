@@ -3,6 +3,7 @@
 
 use super::class_result::{ClassBound, class_bounds, class_results};
 use super::method::{Method, MethodRun};
+use super::robots_down::ROBOTS_DOWN;
 use super::sweep_result::{Sweep, SweepBound, SweepPoint, SweepValue};
 use crate::clearance;
 use crate::decision::Figures;
@@ -46,7 +47,8 @@ impl Axis {
     pub fn named(name: &str) -> Result<Self> {
         let mut all = Self::ALL.iter().copied();
         all.find(|axis| axis.name() == name).ok_or_else(|| {
-            let names: Vec<_> = Self::ALL.iter().map(|axis| axis.name()).collect();
+            let axes = Self::ALL.iter().map(|axis| axis.name());
+            let names: Vec<_> = axes.chain([ROBOTS_DOWN]).collect();
             Error::usage(
                 "'sweep_axis'",
                 format!("`{}` cannot be swept", shown(name)),

@@ -104,7 +104,7 @@ impl SpeedScan {
                 return Ok((None, runs));
             }
             let station = station.with_belt_speed(speed)?;
-            let scene = Scene::under(&station, pattern, *conditions)?;
+            let scene = Scene::under(&station, pattern, conditions.clone())?;
             // Indices in the tree.
             let mut still: Vec<usize> = Vec::with_capacity(alive.len());
             tree.evaluate(&scene, |place, figures| {
@@ -140,7 +140,7 @@ impl SpeedScan {
                 break;
             }
             let station = station.with_belt_speed(speed)?;
-            let scene = Scene::under(&station, pattern, *conditions)?;
+            let scene = Scene::under(&station, pattern, conditions.clone())?;
             if !run(&scene)?.complete() {
                 break;
             }

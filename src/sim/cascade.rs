@@ -106,6 +106,7 @@ impl<'a> Cascade<'a> {
         let mut last_release = before.last_release;
         let station = self.scene.station();
         let items = QueuedItems {
+            robot,
             list: &before.left,
             windows: self.scene.windows(robot),
         };

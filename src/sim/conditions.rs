@@ -1,8 +1,10 @@
 //! The conditions under which a pattern is picked: the camera and disturbances.
 
+use super::outages::{Outage, RandomOutages};
 use crate::error::{Error, Result, shown_number};
 use crate::pattern::{Item, random_stream};
 use crate::setters::setters;
+use crate::station::Station;
 use rand::RngExt;
 use rand_distr::{Distribution as _, StandardNormal};
 
@@ -112,7 +114,7 @@ impl Disturbances {
 }
 
 /// The conditions under which a pattern is picked. The default is the plain model.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Conditions {
     /// Decisions are only made at multiples of `1 / update_hz` seconds; 0 means at any time [Hz].
@@ -125,6 +127,10 @@ pub struct Conditions {
     pub min_detection: f64,
     /// What can go wrong while items are picked.
     pub disturbances: Disturbances,
+    /// Times in which robots are down. Where they overlap or touch, they are one.
+    pub given_outages: Vec<Outage>,
+    /// Random outages of every robot, drawn from the seed of the disturbances.
+    pub random_outages: Option<RandomOutages>,
 }
 
 setters!(Conditions {
@@ -147,16 +153,48 @@ impl Conditions {
         }
     }
 
+    /// With this outage, in addition to others.
+    #[must_use]
+    pub fn with_outage(mut self, outage: Outage) -> Self {
+        self.given_outages.push(outage);
+        self
+    }
+
+    /// With random outages of every robot, or without.
+    #[must_use]
+    pub fn with_outages(mut self, outages: impl Into<Option<RandomOutages>>) -> Self {
+        self.random_outages = outages.into();
+        self
+    }
+
+    /// Whether a robot may be down.
+    pub fn has_outages(&self) -> bool {
+        !self.given_outages.is_empty() || self.random_outages.is_some()
+    }
+
+    /// Whether anything can go wrong.
+    pub fn can_go_wrong(&self) -> bool {
+        self.disturbances.may_fail() || self.has_outages()
+    }
+
+    /// Whether a run depends on the seed.
+    pub fn is_random(&self) -> bool {
+        self.disturbances.may_fail() || self.random_outages.is_some()
+    }
+
     /// The same conditions for the pattern with index `place` in a set; its seed is this seed plus
     /// `place`.
-    pub fn of_place(self, place: usize) -> Self {
+    #[must_use]
+    pub fn of_place(&self, place: usize) -> Self {
         self.with_seed(self.disturbances.seed.wrapping_add(place as u64))
     }
 
     /// The same conditions with another seed.
-    pub fn with_seed(mut self, seed: u64) -> Self {
-        self.disturbances.seed = seed;
-        self
+    #[must_use]
+    pub fn with_seed(&self, seed: u64) -> Self {
+        let mut seeded = self.clone();
+        seeded.disturbances.seed = seed;
+        seeded
     }
 
     /// Whether `item` is left on the belt because its detection is too uncertain.
@@ -167,7 +205,7 @@ impl Conditions {
     /// Checks the values.
     ///
     /// # Errors
-    /// If a frequency, position, probability or standard deviation is not valid.
+    /// If a frequency, position, probability, standard deviation or time is not valid.
     pub fn check(&self) -> Result<()> {
         let hz = self.update_hz;
         if !(hz == 0.0 || (1e-6..=1e6).contains(&hz)) {
@@ -209,10 +247,23 @@ impl Conditions {
                 format!("give metres, from 0 to {MOST_NOISE}"),
             ));
         }
-        Ok(())
+        self.given_outages.iter().try_for_each(Outage::check)?;
+        self.random_outages
+            .iter()
+            .try_for_each(RandomOutages::check)
     }
 
-    /// The camera and the disturbances in words, one text per fact.
+    /// Like [`Conditions::check`], and checks that `station` has the robots that are down.
+    ///
+    /// # Errors
+    /// As for [`Conditions::check`], and an outage of a robot that the station does not have.
+    pub fn check_on(&self, station: &Station) -> Result<()> {
+        self.check()?;
+        let mut outages = self.given_outages.iter();
+        outages.try_for_each(|outage| outage.robot_on(station).map(drop))
+    }
+
+    /// The camera, the disturbances and the outages in words, one text per fact.
     pub fn describe(&self) -> Vec<String> {
         let mut lines = Vec::new();
         if let Some(x) = self.camera_x {
@@ -247,6 +298,8 @@ impl Conditions {
         if misdetections {
             lines.push("detections are right with p_detection, or as recorded".to_owned());
         }
+        lines.extend(self.given_outages.iter().map(Outage::describe));
+        lines.extend(self.random_outages.iter().map(RandomOutages::describe));
         lines
     }
 }
@@ -266,12 +319,12 @@ mod tests {
                 position_noise,
                 ..Disturbances::default()
             },
-            ..plain
+            ..plain.clone()
         };
         disturbed(0.0, 0.0).check().unwrap();
         let camera = |x| Conditions {
             camera_x: Some(x),
-            ..plain
+            ..plain.clone()
         };
         camera(-3.0).check().unwrap();
         for (bad, flag) in [
@@ -280,8 +333,11 @@ mod tests {
             (camera(f64::NEG_INFINITY), "'camera_x'"),
             (disturbed(1.01, 0.0), "'default_p_grasp'"),
             (disturbed(f64::NAN, 0.0), "'default_p_grasp'"),
-            (plain.with_min_detection(-0.1), "'min_detection'"),
-            (plain.with_min_detection(f64::NAN), "'min_detection'"),
+            (plain.clone().with_min_detection(-0.1), "'min_detection'"),
+            (
+                plain.clone().with_min_detection(f64::NAN),
+                "'min_detection'",
+            ),
             (disturbed(1.0, -1e-9), "'position_noise'"),
             (disturbed(1.0, f64::NAN), "'position_noise'"),
             (disturbed(1.0, 11.0), "'position_noise'"),
@@ -313,18 +369,18 @@ mod tests {
         let plain = Conditions::default();
         let failing = |p: f64| Conditions {
             disturbances: failing(p),
-            ..plain
+            ..plain.clone()
         };
         let noisy = |position_noise: f64| Conditions {
             disturbances: Disturbances {
                 position_noise,
                 ..Disturbances::default()
             },
-            ..plain
+            ..plain.clone()
         };
         let camera = |x: f64| Conditions {
             camera_x: Some(x),
-            ..plain
+            ..plain.clone()
         };
         for (good, bad) in [
             (
@@ -340,12 +396,12 @@ mod tests {
             (failing(0.0), failing(-1e-9)),
             (failing(1.0), failing(1.0 + 1e-9)),
             (
-                plain.with_min_detection(0.0),
-                plain.with_min_detection(-1e-9),
+                plain.clone().with_min_detection(0.0),
+                plain.clone().with_min_detection(-1e-9),
             ),
             (
-                plain.with_min_detection(1.0),
-                plain.with_min_detection(1.0 + 1e-9),
+                plain.clone().with_min_detection(1.0),
+                plain.clone().with_min_detection(1.0 + 1e-9),
             ),
             (noisy(0.0), noisy(-1e-9)),
             (noisy(10.0), noisy(10.1)),
@@ -418,6 +474,8 @@ mod tests {
             camera_x: Some(0.5),
             min_detection: 0.5,
             disturbances: failing(0.5),
+            given_outages: vec![Outage::new("r1", 3.0, 4.0)],
+            random_outages: None,
         };
         let seeded = conditions.with_seed(7);
         assert_eq!(seeded.disturbances.seed, 7);
@@ -443,14 +501,21 @@ mod tests {
                 misdetections: true,
                 ..failing(0.9)
             },
+            given_outages: vec![Outage::new("r1", 3.0, 4.0)],
+            random_outages: Some(RandomOutages::new(300.0, 20.0)),
         };
         let camera = "only items past x = -0.5 m are known";
         let grasps = "grasps succeed with p_grasp, 0.9 where not given";
         let noise = "reported positions are off by 0.01 m (SD, x and y)";
         let threshold = "items with a p_detection below 0.8 are left on the belt";
         let wrong = "detections are right with p_detection, or as recorded";
-        assert_eq!(all.describe(), [camera, threshold, grasps, noise, wrong]);
+        let outage = "robot r1 is down from 3 s to 4 s";
+        let outages = "robots fail after 300 s and are repaired in 20 s (means, exponential)";
+        let facts = [camera, threshold, grasps, noise, wrong, outage, outages];
+        assert_eq!(all.describe(), facts);
         let mut some = all;
+        some.given_outages.clear();
+        some.random_outages = None;
         some.camera_x = None;
         assert_eq!(some.describe(), [threshold, grasps, noise, wrong]);
         some.min_detection = 0.0;

@@ -39,7 +39,7 @@ pub fn simulate_observed(
         return simulate(scene, strategy);
     };
     strategy.check_robots(scene.station().robots().len())?;
-    let mut announcer = Announcer::new(observer);
+    let mut announcer = Announcer::new(observer, scene);
     let mut run = Run::new(scene);
     run.look(strategy.needs_view());
     while let Some(snapshot) = run.next_decision() {
@@ -57,6 +57,6 @@ pub fn simulate_observed(
             announcer.fails(failure, robot.grasp_time);
         }
     }
-    announcer.advance(&run, f64::INFINITY);
+    announcer.finish(&run);
     Ok(run.into_outcome())
 }

@@ -7,6 +7,8 @@ use crate::decision::Candidate;
 /// The items that a robot has windows for, the same in every call for one run.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct QueuedItems<'a> {
+    /// Index of the robot.
+    pub robot: usize,
     /// By opening time, the earliest over all places of the robot.
     pub list: &'a [Candidate],
     /// The windows from each place of the robot; `None` if it has only one.
@@ -17,6 +19,7 @@ impl<'a> QueuedItems<'a> {
     /// All items of robot `robot`.
     pub(super) fn of(scene: &'a Scene, robot: usize) -> Self {
         Self {
+            robot,
             list: scene.queue(robot),
             windows: scene.windows(robot),
         }
@@ -70,8 +73,8 @@ impl Queue {
         lost: impl Fn(u32) -> bool,
     ) -> Option<f64> {
         match items.windows {
-            None => self.next_from_one_place(scene, items.list, gone, lost),
-            Some(windows) => self.next_from_this_place(scene, items.list, windows, gone, lost),
+            None => self.next_from_one_place(scene, items, gone, lost),
+            Some(windows) => self.next_from_this_place(scene, items, windows, gone, lost),
         }
     }
 
@@ -79,10 +82,11 @@ impl Queue {
     fn next_from_one_place(
         &mut self,
         scene: &Scene,
-        queue: &[Candidate],
+        items: &QueuedItems,
         gone: impl Fn(u32) -> bool,
         lost: impl Fn(u32) -> bool,
     ) -> Option<f64> {
+        let queue = items.list;
         // Keep `free`: an item may be given back before the time found here.
         let from = self.free;
         loop {
@@ -101,7 +105,7 @@ impl Queue {
                 opened = self.next_opening(queue, &gone)?;
             }
             let exact = from.max(opened);
-            let time = scene.tick(exact);
+            let time = scene.postponed(items.robot, exact);
             self.open_until(queue, time, &gone);
             if time > exact {
                 self.active.retain(|c| c.close >= time);
@@ -116,11 +120,12 @@ impl Queue {
     fn next_from_this_place(
         &mut self,
         scene: &Scene,
-        list: &[Candidate],
+        items: &QueuedItems,
         windows: &Windows,
         gone: impl Fn(u32) -> bool,
         lost: impl Fn(u32) -> bool,
     ) -> Option<f64> {
+        let list = items.list;
         let mut from = self.free;
         let place = self.place;
         self.active
@@ -145,7 +150,7 @@ impl Queue {
             if exact == f64::INFINITY {
                 return None;
             }
-            let time = scene.tick(exact);
+            let time = scene.postponed(items.robot, exact);
             while let Some(candidate) = list.get(self.next)
                 && candidate.open <= time
             {

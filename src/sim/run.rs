@@ -2,6 +2,7 @@
 
 use super::attempt::{make_pick, try_pick};
 use super::buffers::RunBuffers;
+use super::claims::Claims;
 use super::queue::QueuedItems;
 use super::scene::Scene;
 use crate::decision::{
@@ -139,7 +140,11 @@ impl<'a> Run<'a> {
         }
         for (index, free_at) in state.free_at.iter_mut().enumerate() {
             let queue = &state.queues[index];
-            *free_at = queue.free;
+            // Nobody knows how long an outage lasts.
+            *free_at = match self.scene.is_down(index, time) {
+                true => f64::INFINITY,
+                false => queue.free,
+            };
             // A robot has at most 100 bins and its rest.
             state.places[index] = queue.place as u16;
         }
@@ -310,16 +315,19 @@ impl<'a> Run<'a> {
 
     /// Like [`Run::outcome`], but does not copy.
     pub fn into_outcome(self) -> Outcome {
+        let lost = self.scene.lost_windows();
         let missed = (0..self.scene.pattern().len() as u32)
             .filter(|&item| !self.scene.not_offered().contains(item) && !self.is_picked(item))
             .map(|item| Miss {
                 item,
-                reason: self.reason(item),
+                reason: self.reason(item, &lost),
             })
             .collect();
+        let figures = self.figures();
         Outcome {
-            figures: self.figures(),
+            figures,
             missed,
+            downtimes: self.scene.downtimes().before(figures.end),
             left: self.scene.left().to_vec(),
             robots: self.state.robots,
             picks: self.state.picks,
@@ -327,8 +335,9 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// The first reason that applies.
-    fn reason(&self, item: u32) -> MissReason {
+    /// The first reason that applies; `lost` are the items for which some robot is down during its
+    /// window.
+    fn reason(&self, item: u32, lost: &Claims) -> MissReason {
         let station = self.scene.station();
         let it = &self.scene.pattern().items()[item as usize];
         let class = it.class_on(station);
@@ -342,10 +351,12 @@ impl<'a> Run<'a> {
             MissReason::GraspFailed
         } else if self.state.offered.contains(item) {
             MissReason::PassedOver
-        } else if self.scene.has_window(item) {
-            MissReason::Busy
-        } else {
+        } else if !self.scene.has_window(item) {
             MissReason::Unseen
+        } else if lost.contains(item) {
+            MissReason::RobotDown
+        } else {
+            MissReason::Busy
         }
     }
 }

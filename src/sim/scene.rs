@@ -2,6 +2,8 @@
 
 use super::claims::Claims;
 use super::conditions::{Conditions, Disturbances};
+use super::downtimes::Downtimes;
+use super::updates::next_update;
 use super::windows::Windows;
 use crate::decision::{Candidate, Figures, LeftItem, LeftReason, Odds};
 use crate::error::Result;
@@ -35,6 +37,7 @@ pub struct Scene<'a> {
     /// What can go wrong with each item; empty if nothing can.
     odds: Vec<Odds>,
     independent: bool,
+    downtimes: Downtimes,
 }
 
 /// An item as the camera reports it.
@@ -62,35 +65,38 @@ impl<'a> Scene<'a> {
     /// Like [`Scene::new`], under conditions other than those of the plain model.
     ///
     /// # Errors
-    /// If an item is beside the belt or a condition is not valid (see [`Conditions::check`]).
+    /// If an item is beside the belt or a condition is not valid (see [`Conditions::check_on`]).
     pub fn under(
         station: &'a Station,
         pattern: &'a Pattern,
         conditions: Conditions,
     ) -> Result<Self> {
-        conditions.check()?;
+        conditions.check_on(station)?;
         pattern.check_on(station)?;
+        let disturbed = conditions.disturbances.may_fail();
         let mut scene = Self {
             station,
             pattern,
-            conditions,
             sightings: sightings(station, pattern, &conditions),
+            odds: odds(pattern, &conditions),
+            left: left_items(station, pattern, &conditions),
+            conditions,
             queues: vec![Vec::new(); station.robots().len()],
             windows: Vec::new(),
             positions: Vec::new(),
             windowed: Claims::none(pattern.len()),
-            left: left_items(station, pattern, &conditions),
             not_offered: Claims::none(pattern.len()),
-            odds: odds(pattern, &conditions),
             independent: true,
+            downtimes: Downtimes::default(),
         };
         for left in &scene.left {
             scene.not_offered.insert(left.item);
         }
         scene.find_windows();
-        if conditions.disturbances.may_fail() {
+        if disturbed {
             scene.find_positions();
         }
+        scene.downtimes = Downtimes::new(&scene.conditions, station, scene.last_decision())?;
         Ok(scene)
     }
 
@@ -195,6 +201,16 @@ impl<'a> Scene<'a> {
         self.positions = self.queues.iter().map(positions).collect();
     }
 
+    /// The last time at which any robot may decide [s].
+    fn last_decision(&self) -> f64 {
+        let closes = self
+            .queues
+            .iter()
+            .flatten()
+            .map(|candidate| candidate.close);
+        closes.fold(0.0, f64::max)
+    }
+
     /// The position of `item` in the queue of robot `robot`, on a scene with disturbances.
     pub(super) fn position(&self, robot: usize, item: u32) -> Option<usize> {
         let position = *self.positions.get(robot)?.get(item as usize)?;
@@ -285,10 +301,42 @@ impl<'a> Scene<'a> {
         self.independent && !self.conditions.disturbances.may_fail()
     }
 
-    /// `time` [s] rounded up to the next update. A value within 1e-9 ticks of an update is
+    /// When `robot` makes a decision that is due at `time` [s]: at the next update at which it is
+    /// not down; infinite if it never is ready again. A value within 1e-9 ticks of an update is
     /// unchanged.
-    pub(super) fn tick(&self, time: f64) -> f64 {
-        next_update(time, self.conditions.update_hz)
+    #[inline]
+    pub(super) fn postponed(&self, robot: usize, time: f64) -> f64 {
+        let hz = self.conditions.update_hz;
+        let mut time = next_update(time, hz);
+        while let Some(ready) = self.downtimes.ends(robot, time) {
+            time = next_update(ready, hz);
+        }
+        time
+    }
+
+    /// Whether `robot` is down at `time` [s].
+    #[inline]
+    pub(super) fn is_down(&self, robot: usize, time: f64) -> bool {
+        self.downtimes.ends(robot, time).is_some()
+    }
+
+    /// The items for which some robot is down during its window.
+    pub(super) fn lost_windows(&self) -> Claims {
+        let mut lost = Claims::none(self.pattern.len());
+        if !self.downtimes.is_empty() {
+            for (robot, queue) in self.queues.iter().enumerate() {
+                let windows = queue
+                    .iter()
+                    .filter(|window| self.downtimes.touch(robot, (window.open, window.close)));
+                windows.for_each(|window| lost.insert(window.item));
+            }
+        }
+        lost
+    }
+
+    /// The times in which robots are down while they may decide.
+    pub(super) fn downtimes(&self) -> &Downtimes {
+        &self.downtimes
     }
 
     /// The figures of a run with the last release at `last_release` [s] and with `last_missing` as
@@ -396,65 +444,4 @@ fn left_items(station: &Station, pattern: &Pattern, conditions: &Conditions) -> 
 /// When the item passes a camera at `x` [m], from which time on it is known [s].
 fn known_from(x: f64, seen: &CameraItem, belt: &Belt) -> f64 {
     (x - seen.x0) / belt.speed
-}
-
-/// `time` [s] rounded up to the next multiple of `1 / hz` seconds.
-fn next_update(time: f64, hz: f64) -> f64 {
-    if hz == 0.0 {
-        return time;
-    }
-    let ticks = time * hz;
-    if (ticks - ticks.round()).abs() <= 1e-9 {
-        time
-    } else {
-        ticks.ceil() / hz
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::next_update;
-
-    #[test]
-    fn times_are_rounded_up_to_the_next_update() {
-        for (time, hz, expected) in [
-            (0.31, 10.0, 0.4),
-            (0.39, 10.0, 0.4),
-            (0.3, 10.0, 0.3),
-            (0.7, 0.5, 2.0),
-            // Half a billionth of a tick counts as rounding, two billionths do not.
-            (0.3 + 5e-11, 10.0, 0.3 + 5e-11),
-            (0.3 - 5e-11, 10.0, 0.3 - 5e-11),
-            (0.3 + 2e-10, 10.0, 0.4),
-            (0.3 - 2e-10, 10.0, 0.3),
-            (f64::INFINITY, 10.0, f64::INFINITY),
-            // At 0 Hz a decision may be made at any time.
-            (0.31, 0.0, 0.31),
-            (f64::INFINITY, 0.0, f64::INFINITY),
-        ] {
-            assert_eq!(next_update(time, hz), expected, "{time} s at {hz} Hz");
-        }
-    }
-
-    /// Regardless of the rounding of the product and of the quotient.
-    #[test]
-    fn no_update_is_in_the_past() {
-        for tick in 0..20_000 {
-            for hz in [0.3, 7.0, 10.0, 13.7, 60.0, 1e6] {
-                let exact = f64::from(tick) / hz;
-                for time in [
-                    exact,
-                    exact.next_up(),
-                    exact.next_down().max(0.0),
-                    exact + 0.3 / hz,
-                ] {
-                    let next = next_update(time, hz);
-                    assert!(
-                        next >= time && next - time < 1.0 / hz,
-                        "{time} s at {hz} Hz"
-                    );
-                }
-            }
-        }
-    }
 }

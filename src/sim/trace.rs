@@ -80,6 +80,8 @@ impl Observer for Trace<'_> {
                     row[5] = free.to_string();
                 }
             }
+            Event::RobotDown { time, robot } => self.push(time, "robot_down", Some(robot), None),
+            Event::RobotUp { time, robot } => self.push(time, "robot_up", Some(robot), None),
             Event::LeftBelt { time, item } => self.push(time, "left_belt", None, Some(item)),
         }
     }

@@ -7,11 +7,8 @@ use super::geometry::Station;
 use super::line::{Line, LineBins};
 use super::robot::{Bin, Robot, default_bin_name};
 use crate::error::{Error, Result};
-use crate::files::fingerprint;
 use crate::setters::setters;
 use crate::toml_file::{File, Section};
-use nalgebra::Point2;
-use std::fmt::Write as _;
 
 /// The settings of [`Overrides`], as the places of errors.
 pub(super) const BELT_SPEED: &str = "'belt_speed'";
@@ -289,76 +286,6 @@ fn read_classes(root: &Section) -> Result<Vec<ItemClass>> {
     root.tables("class")?.into_iter().map(read).collect()
 }
 
-/// Hash of a station's resolved values, independent of how they were given.
-pub fn station_hash(station: &Station) -> String {
-    fingerprint(to_toml(station))
-}
-
-/// The station as TOML with every value resolved. [`parse`] reads it back as an equal station.
-pub fn to_toml(station: &Station) -> String {
-    let belt = station.belt();
-    let mut text = format!(
-        "[belt]\nspeed = {:?}\nlength = {:?}\nwidth = {:?}\n",
-        belt.speed, belt.length, belt.width
-    );
-    for robot in station.robots() {
-        write_robot(&mut text, robot);
-    }
-    for class in station.classes() {
-        // Writing to a String cannot fail.
-        let _ = write!(text, "\n[[class]]\nname = {}\n", quoted(&class.name));
-        if class.value != 1.0 {
-            let _ = writeln!(text, "value = {:?}", class.value);
-        }
-        if !class.wanted {
-            text += "wanted = false\n";
-        }
-    }
-    text
-}
-
-fn quoted(text: &str) -> toml::Value {
-    toml::Value::String(text.to_owned())
-}
-
-fn write_robot(text: &mut String, robot: &Robot) {
-    let point = |at: Point2<f64>| format!("[{:?}, {:?}]", at.x, at.y);
-    let first = &robot.bins[0];
-    let only = robot.has_only_bin();
-    let mut line = |key: &str, value: String| {
-        // Writing to a String cannot fail.
-        let _ = writeln!(text, "{key} = {value}");
-    };
-    line("\n[[robot]]\nname", quoted(&robot.name).to_string());
-    line("base", point(robot.base));
-    if only {
-        line("bin", point(first.at));
-    }
-    line("reach", format!("{:?}", robot.reach));
-    for (key, value) in arm_keys::write(&robot.arm) {
-        line(key, value);
-    }
-    line("grasp_time", format!("{:?}", robot.grasp_time));
-    line("release_time", format!("{:?}", first.release_time));
-    if robot.rest != first.at {
-        line("rest", point(robot.rest));
-    }
-    if only {
-        return;
-    }
-    for bin in &robot.bins {
-        line("\n[[robot.bin]]\nname", quoted(&bin.name).to_string());
-        line("at", point(bin.at));
-        if let Some(classes) = &bin.classes {
-            let names: Vec<String> = classes.iter().map(|c| quoted(c).to_string()).collect();
-            line("classes", format!("[{}]", names.join(", ")));
-        }
-        if bin.release_time != first.release_time {
-            line("release_time", format!("{:?}", bin.release_time));
-        }
-    }
-}
-
 /// A station file that explains every key, equivalent to the built-in `paper`.
 pub fn commented_example() -> &'static str {
     include_str!("example.toml")
@@ -369,6 +296,7 @@ mod tests {
     use super::*;
     use crate::station::BUILT_INS;
     use crate::station::load;
+    use crate::station::to_toml;
 
     const GOOD: &str = "[belt]\nspeed = 0.05\nlength = 4\nwidth = 1.0\n\n[[robot]]\nname = \"a\"\n\
         base = [1, -0.6]\nbin = [1.0, -0.5]\nreach = 0.8\nspeed = 0.5\ngrasp_time = 0\nrelease_time = 0.1\n";

@@ -15,16 +15,16 @@ mod load;
 mod plausible;
 mod robot;
 mod sorting;
+mod written;
 
 pub use belt::Belt;
 pub use builtin::{BUILT_INS, BuiltIn, built_in};
 pub use class::ItemClass;
 pub use edit::edited;
-pub use file::{
-    Overrides, SavedStrategy, commented_example, parse, parse_with_strategy, station_hash, to_toml,
-};
+pub use file::{Overrides, SavedStrategy, commented_example, parse, parse_with_strategy};
 pub use geometry::Station;
 pub use line::{Line, LineBins};
 pub use load::{is_file, load, load_with_strategy};
 pub use robot::{Bin, Robot};
 pub use sorting::ClassId;
+pub use written::{station_hash, to_toml};

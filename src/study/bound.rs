@@ -166,7 +166,7 @@ impl<'a> BoundStudy<'a> {
             slot_s: self.options.slot_s,
             iterations: self.options.iterations,
             // A schedule for the undisturbed line may fail on the disturbed one.
-            schedule: !self.scene.conditions().disturbances.may_fail(),
+            schedule: !self.scene.conditions().can_go_wrong(),
             ..BoundOptions::in_full(objective, self.scene.pattern().len())
         };
         let progress = environment.progress;
@@ -186,7 +186,7 @@ impl<'a> BoundStudy<'a> {
     fn result_notes(&self, picks: &Bound) -> Vec<Note> {
         let conditions = self.scene.conditions();
         let disturbances = &conditions.disturbances;
-        let undisturbed = disturbances.may_fail().then(|| Note::UndisturbedBound {
+        let undisturbed = conditions.can_go_wrong().then(|| Note::UndisturbedBound {
             camera: conditions.camera_x.is_some() && disturbances.position_noise > 0.0,
         });
         let coarse = picks.coarse.then_some(Note::CoarseBound);

@@ -141,7 +141,7 @@ impl<'a> CompareStudy<'a> {
                 "give one or more",
             ));
         }
-        options.conditions.check()?;
+        options.conditions.check_on(station)?;
         let robots = station.robots().len();
         let mut study = Self {
             station,
@@ -275,7 +275,8 @@ impl<'a> CompareStudy<'a> {
         }
         let holds = |case: &Case| case.is_generated() && case.attributes.p_grasp.is_none();
         let without_own = self.cases.iter().all(holds);
-        notes.extend(condition_notes(&self.conditions, without_own));
+        let with_bound = self.options.bound;
+        notes.extend(condition_notes(&self.conditions, without_own, with_bound));
         Ok(Compared {
             comparison,
             bounded,

@@ -8,6 +8,7 @@
 //! |---|---|---|
 //! | [`compare`] | [`CompareStudy`] | [`Compared`] |
 //! | [`sweep`] | [`SweepStudy`] | [`Swept`] |
+//! | [`robots_down`] | [`RobotsDownStudy`] | [`HaltedLine`] |
 //! | [`optimize`] | [`OptimizeStudy`] | [`Optimized`] |
 //! | [`game`] | [`GameStudy`] | [`PlayedGame`] |
 //! | [`bound`] | [`BoundStudy`] | [`PatternBounds`] |
@@ -29,6 +30,7 @@ mod optimize;
 mod options;
 mod part;
 mod patterns;
+mod robots_down;
 mod robust;
 mod simulate;
 mod sweep;
@@ -46,6 +48,9 @@ pub use optimize::{
 };
 pub use options::{MethodSettings, StudyOptions};
 pub use patterns::{ScoredPatterns, ScoredSet};
+pub use robots_down::{
+    HaltedLine, RobotsDownOptions, RobotsDownSettings, RobotsDownStudy, robots_down,
+};
 pub use robust::RobustTraining;
 pub use simulate::{SimulateOptions, SimulateStudy, SimulatedRun, simulate_and_check};
 pub use sweep::{DEFAULT_GRID, SweepOptions, SweepSettings, SweepStudy, Swept, sweep};

@@ -83,6 +83,8 @@ pub enum Note {
         /// Whether the camera's errors and its place do not matter, either.
         camera: bool,
     },
+    /// The bound is that of the line on which no robot is ever down.
+    BoundWithoutOutages,
     /// The time slots of the bound are long.
     CoarseBound,
     /// The user stopped the work.
@@ -114,6 +116,10 @@ const COMMON_RANDOM_NUMBERS: &str = "all assignments are compared under common r
 /// The text of [`Note::CoarseBound`].
 const COARSE_BOUND: &str = "the bound is coarse: the pattern is so long that the slots are long, too; a \
      shorter 'slot' gives a tighter bound, but takes more time and memory";
+
+/// The text of [`Note::BoundWithoutOutages`].
+const BOUND_WITHOUT_OUTAGES: &str = "the bound is that of the line without outages, which only cost time: \
+     what can be picked in spite of them may be less";
 
 /// The text of [`Note::NoFlow`].
 const NO_FLOW: &str = "no flow can be chosen: for some pattern no belt speed picks everything";
@@ -195,6 +201,7 @@ impl fmt::Display for Note {
                  bound"
             ),
             Self::UndisturbedBound { camera } => f.write_str(&undisturbed_bound(*camera)),
+            Self::BoundWithoutOutages => f.write_str(BOUND_WITHOUT_OUTAGES),
             Self::CoarseBound => f.write_str(COARSE_BOUND),
             Self::Interrupted => f.write_str(INTERRUPTED),
             Self::NotValidated(source) => {
@@ -248,6 +255,8 @@ pub enum RobustScope {
     OwnSpeed,
     /// For each line separately.
     EveryLine,
+    /// For the line with all its robots, although one is halted.
+    WholeLine,
     /// For each threshold of detections; the patterns are described with the last one.
     EveryThreshold,
 }
@@ -282,6 +291,9 @@ impl fmt::Display for RobustNote {
             None => "",
             Some(RobustScope::OwnSpeed) => ", found at the station's own belt speed",
             Some(RobustScope::EveryLine) => ", found for every line",
+            Some(RobustScope::WholeLine) => {
+                ", found for the line with all robots, which is what runs when one halts"
+            }
             Some(RobustScope::EveryThreshold) => {
                 ", found for every threshold, of which this is the last"
             }
@@ -290,10 +302,21 @@ impl fmt::Display for RobustNote {
 }
 
 /// Notes for a comparison under `conditions`. `without_own` means that no item has a `p_grasp` of its
-/// own.
-pub(crate) fn condition_notes(conditions: &Conditions, without_own: bool) -> Vec<Note> {
+/// own, `bounded` that there is a bound.
+pub(crate) fn condition_notes(
+    conditions: &Conditions,
+    without_own: bool,
+    bounded: bool,
+) -> Vec<Note> {
     let nothing = without_own && conditions.disturbances.never_fails(&[]);
-    nothing.then_some(Note::NothingFails).into_iter().collect()
+    let nothing = nothing.then_some(Note::NothingFails);
+    let outages = outage_note(conditions, bounded);
+    nothing.into_iter().chain(outages).collect()
+}
+
+/// The note on the bound of a line with outages, if there is a bound.
+pub(super) fn outage_note(conditions: &Conditions, bounded: bool) -> Option<Note> {
+    (bounded && conditions.has_outages()).then_some(Note::BoundWithoutOutages)
 }
 
 /// Notes that detections cannot be wrong, or that none is below the threshold, although this is

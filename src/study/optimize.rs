@@ -280,7 +280,7 @@ impl<'a> OptimizeStudy<'a> {
             ..self.set.recipe.clone()
         };
         let fresh = self.set.source.draw_fresh(&recipe, count)?;
-        if fresh.is_some() || !self.conditions.disturbances.may_fail() {
+        if fresh.is_some() || !self.conditions.is_random() {
             return Ok(fresh);
         }
         // The same patterns with different random events are also fresh.

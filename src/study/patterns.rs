@@ -180,7 +180,7 @@ impl ScoredSet {
 
 /// Whether the patterns of `set` have several draws of random events each.
 fn is_repeated(set: &PatternSet, source: &PatternSource, conditions: &Conditions) -> bool {
-    is_fixed(source) && conditions.disturbances.may_fail() && set.patterns.len() < DRAWS
+    is_fixed(source) && conditions.is_random() && set.patterns.len() < DRAWS
 }
 
 /// Whether the patterns of `source` are not drawn at random.

@@ -124,7 +124,7 @@ fn recipe(station: &Station, items: usize, seed: u64) -> Recipe {
 }
 
 /// A line for which assignments are searched.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(super) struct LineSearch<'a> {
     station: &'a Station,
     seed: u64,
@@ -320,7 +320,7 @@ impl<'a> LineSearch<'a> {
     /// If something can go wrong, runs a small set of patterns with several draws of random events.
     fn with_repeated_runs(&self, training: TrainingSet) -> TrainingSet {
         let few = training.set.patterns.len() < OF_THE_KIND;
-        if !(few && self.conditions.disturbances.may_fail()) {
+        if !(few && self.conditions.is_random()) {
             return training;
         }
         TrainingSet {

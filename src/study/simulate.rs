@@ -1,7 +1,7 @@
 //! One strategy on one pattern, and what is checked of the run.
 
 use super::blueprint::{BlueprintOptions, blueprint};
-use super::notes::{Note, detection_notes, failure_note};
+use super::notes::{Note, detection_notes, failure_note, outage_note};
 use crate::checker;
 use crate::clearance::{self, Clearance};
 use crate::decision::{Observer, Outcome};
@@ -137,11 +137,14 @@ impl<'a> SimulateStudy<'a> {
 
     /// Remarks on the settings.
     pub fn notes(&self) -> Vec<Note> {
+        let conditions = self.scene.conditions();
         let items = std::iter::once(self.scene.pattern().items());
-        let detections = detection_notes(self.scene.conditions(), items);
+        let detections = detection_notes(conditions, items);
+        let outages = outage_note(conditions, self.options.bound);
         failure_note(&self.scene)
             .into_iter()
             .chain(detections)
+            .chain(outages)
             .collect()
     }
 

@@ -196,9 +196,14 @@ impl<'a> SweepStudy<'a> {
     pub fn new(station: &'a Station, options: &'a SweepOptions) -> Result<Self> {
         let conditions = options.checked_conditions()?;
         let axis = options.own.values.axis;
+        if axis != Axis::Robots {
+            // There, other numbers of robots are run.
+            conditions.check_on(station)?;
+        }
         let mut lines = values::lines(&options.own.values, station)?;
         let (strategies, note) = options.own.methods.strategies(&options.strategies);
         for line in &lines {
+            check_robots(options, line)?;
             let robots = line.station.robots().len();
             for strategy in &strategies {
                 strategy.alone(robots)?;
@@ -294,7 +299,8 @@ impl<'a> SweepStudy<'a> {
         )?;
         let generated = !matches!(self.source, PatternSource::Files(_));
         let without_own = generated && self.recipe.attributes.p_grasp.is_none();
-        notes.extend(condition_notes(&self.conditions, without_own));
+        let bounded = self.options.bound;
+        notes.extend(condition_notes(&self.conditions, without_own, bounded));
         let items = patterns.iter().map(|pattern| pattern.items());
         notes.extend(detection_notes(&self.conditions, items));
         let thresholds = self.thresholds(&settings, &sweep, environment)?;
@@ -346,7 +352,7 @@ impl<'a> SweepStudy<'a> {
     /// Robust GT (game theory) of one line.
     fn robust(&self, line: &LineAt, environment: &Environment) -> Result<RobustGt> {
         let least = line.min_detection.unwrap_or(self.conditions.min_detection);
-        let conditions = self.conditions.with_min_detection(least);
+        let conditions = self.conditions.clone().with_min_detection(least);
         let line = self.search(&line.station, environment).under(&conditions);
         let training = match &self.options.own.methods.training {
             RobustTraining::LikeScored { items }
@@ -426,6 +432,14 @@ impl<'a> SweepStudy<'a> {
         }
         Ok(methods)
     }
+}
+
+/// Checks that the line at a value has the robots that are down.
+fn check_robots(options: &SweepOptions, line: &LineAt) -> Result<()> {
+    let axis = options.own.values.axis.name();
+    let place = format!("'sweep_axis' {axis} at {}", line.value);
+    let there = options.conditions.check_on(&line.station);
+    there.map_err(|error| error.inside(&place))
 }
 
 /// Checks that there are patterns to choose a threshold on, other than those that are scored.

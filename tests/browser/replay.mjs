@@ -122,6 +122,9 @@ async function checkStates(page, report, data, speed) {
     now.arms.forEach((arm, robot) => {
       const own = report.picks.filter((pick) => pick.robot === robot);
       assert.equal(arm.picked, own.filter((pick) => pick.release_s <= time).length);
+      const outages = (report.downtimes ?? []).filter((outage) => outage.robot === robot);
+      const down = outages.some((outage) => outage.from_s <= time && time < outage.to_s);
+      assert.equal(arm.down, down, `robot ${robot} at ${time} s`);
       const trips = [...own, ...report.failures.filter((failure) => failure.robot === robot)];
       const pick = trips.find((p) => p.decide_s <= time && time < p.release_s);
       const [binX, binY] = data.robots[robot].bin;
@@ -319,6 +322,7 @@ await withBrowser(async (folder, browser) => {
     dense: ["--pattern", dense, "--update-hz", "10"],
     one: ["--robots", "1", "--strategy", "FIFO"],
     failing: ["--pattern", dense, "--grasp-success", "0.5", "--check"],
+    stopping: ["--pattern", dense, "--outage", "r1:5..15", "--outage", "r2:10..", "--check"],
     narrow: ["--station", "paper-narrow", "--robots", "3", "--pattern", narrow],
   };
   for (const [name, args] of Object.entries(cases)) {
@@ -326,6 +330,7 @@ await withBrowser(async (folder, browser) => {
     const { page, check } = await open(browser, file);
     const data = await checkFigures(page, report);
     assert.equal(report.failures.length > 0, name === "failing");
+    assert.equal(report.downtimes !== undefined, name === "stopping");
     for (const fate of await checkStates(page, report, data, 0.5)) seen.add(fate);
     if (name === "default") await checkControls(page, report);
     await checkStories(page, report);

@@ -242,7 +242,7 @@ fn searches_and_games_have_the_conditions_of_simulate() {
     for (profile, assignment) in evaluation.assignments.iter().enumerate() {
         let values = &evaluation.scores[profile].values;
         let rate = |(place, pattern): (usize, &Pattern)| {
-            let mut luck = conditions;
+            let mut luck = conditions.clone();
             luck.disturbances.seed = 11 + place as u64;
             let scene = Scene::under(&station, pattern, luck).unwrap();
             let plain = Scene::new(&station, pattern).unwrap();

@@ -12,8 +12,8 @@ use pickline::pattern::grid;
 use pickline::sim::Conditions;
 use pickline::station::built_in;
 use pickline_report::{
-    BoundReport, ComparisonReport, GameReport, OptimumReport, RunReport, SweepReport,
-    VerbReport as _,
+    BoundReport, ComparisonReport, GameReport, OptimumReport, RobotsDownReport, RunReport,
+    SweepReport, VerbReport as _,
 };
 #[cfg(target_os = "linux")]
 use std::path::Path;
@@ -95,7 +95,7 @@ fn result_files_leave_the_input_alone() {
 /// What a verb writes to a folder is what it has checked before the work.
 #[test]
 fn result_files_are_those_that_are_announced() {
-    let cases: [(&str, Vec<&str>); 6] = [
+    let cases: [(&str, Vec<&str>); 7] = [
         ("simulate --no-bound", RunReport::file_names()),
         ("bound --iterations 2", BoundReport::file_names()),
         (
@@ -111,6 +111,10 @@ fn result_files_are_those_that_are_announced() {
             "sweep --robust SPT,FIFO --no-bound --sweep min-detection --from 0.5 --to 0.5 --items 9 \
              --p-detection uniform:0,1 --purity 0.1",
             SweepReport::file_names(),
+        ),
+        (
+            "sweep --sweep robots-down --robust SPT,FIFO --patterns grid:0.3 --items 20",
+            RobotsDownReport::file_names(),
         ),
         (
             "game --patterns grid:0.3 --items 9",

@@ -128,7 +128,7 @@ fn a_validation_counts_whole_patterns_only() {
     let evaluator = Evaluator::new(&station, &patterns, Objective::PickedShare, &plain).unwrap();
     for flow in [None, Some(0.05)] {
         let rules = RULES.parse().unwrap();
-        let options = ValidationOptions::new(Risk::Mean, plain)
+        let options = ValidationOptions::new(Risk::Mean, plain.clone())
             .with_flow(flow)
             .with_certify(true);
         let found = validate(&evaluator, &rules, &options, &environment());

@@ -19,6 +19,7 @@ mod programs;
 mod purity_columns;
 mod ranking_columns;
 mod results;
+mod robots_down_columns;
 mod run_columns;
 mod support;
 mod studies;

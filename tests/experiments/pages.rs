@@ -34,7 +34,7 @@ fn figures(html: &str) -> Vec<Figure> {
 
 /// The names of fields that the columns of tables may hold, by how headers begin; `95 %` is
 /// the interval of the column before.
-const COLUMNS: [(&str, &[&str]); 44] = [
+const COLUMNS: [(&str, &[&str]); 45] = [
     ("throughput [1/min]", &["throughput_per_min"]),
     ("flow [1/min]", &["flow_per_min"]),
     ("added a robot [1/min]", &["added_per_robot_per_min"]),
@@ -52,6 +52,7 @@ const COLUMNS: [(&str, &[&str]); 44] = [
     ("rate [%]", &["certified_rate_percent"]),
     ("certified [%]", &["certified_percent"]),
     ("bound: picked [%]", &["picked_share"]),
+    ("loss [%]", &["loss_percent"]),
     ("complete [%]", &["complete_share"]),
     ("to 99 % [%]", &["nearly_complete_share"]),
     ("speed [m/s]", &["value"]),
@@ -88,6 +89,7 @@ const COLUMNS: [(&str, &[&str]); 44] = [
 fn interval_of(field: &str) -> [String; 2] {
     let stem = match field {
         "complete_share" => "complete",
+        "loss_percent" => "loss",
         field => field.trim_end_matches("_per_min"),
     };
     ["low", "high"].map(|end| format!("{stem}_{end}"))
@@ -230,6 +232,10 @@ fn figures_of_pages_are_those_of_their_reports() {
                 "sweep --patterns random:60/min:2 --items 110 --from 0.1 --to 0.12 --step 0.02 \
                  {given}"
             ),
+            "sweep.json",
+        ),
+        (
+            format!("sweep --sweep robots-down --patterns {set} {given}"),
             "sweep.json",
         ),
         (

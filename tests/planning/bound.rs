@@ -81,7 +81,7 @@ fn no_bound_is_below_the_optimum_where_things_go_wrong() {
                     .with_position_noise(if noisy { 0.1 } else { 0.0 })
                     .with_seed(seed),
             );
-        let scene = Scene::under(&station, &pattern, conditions).unwrap();
+        let scene = Scene::under(&station, &pattern, conditions.clone()).unwrap();
         let best = optimum(&scene);
         let plain = optimum(&undisturbed(&scene, conditions.camera_x));
         for objective in [BoundObjective::Picks, BoundObjective::Weight] {
@@ -235,7 +235,7 @@ fn the_bound_holds_where_things_go_wrong() {
                         .with_position_noise(position_noise)
                         .with_seed(seed),
                 );
-            let scene = Scene::under(&station, &pattern, conditions).unwrap();
+            let scene = Scene::under(&station, &pattern, conditions.clone()).unwrap();
             let found = bound(&scene, &options(BoundObjective::Picks, 60));
             tree.evaluate(&scene, |_, figures| {
                 assert!(figures.picked as f64 <= found.value, "{conditions:?}");

@@ -346,7 +346,7 @@ fn the_bound_of_a_disturbed_line_is_that_of_the_plain_one() {
         (None, false, 0.1, None),
     ] {
         let conditions = disturbed(camera_x, failures, noise, 3);
-        let scene = Scene::under(&station, &pattern, conditions).unwrap();
+        let scene = Scene::under(&station, &pattern, conditions.clone()).unwrap();
         let plain = undisturbed(&scene, kept);
         for objective in [BoundObjective::Picks, BoundObjective::Weight] {
             let (found, expected) = (

@@ -235,7 +235,7 @@ pub fn tiny(items: usize) -> impl Strategy<Value = (Station, Pattern)> {
 
 /// The same scene where nothing goes wrong.
 pub fn undisturbed<'a>(scene: &Scene<'a>, camera_x: Option<f64>) -> Scene<'a> {
-    let mut conditions = *scene.conditions();
+    let mut conditions = scene.conditions().clone();
     conditions.disturbances = Disturbances::default();
     conditions.camera_x = camera_x;
     Scene::under(scene.station(), scene.pattern(), conditions).unwrap()

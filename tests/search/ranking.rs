@@ -33,7 +33,7 @@ fn the_proven_worse_are_ranked_by_their_aggregate() {
         let ranking = ranking.unwrap().unwrap();
         let worse = &ranking.entries[ranking.contenders..];
         let lowest = |entry: &Ranked| {
-            let rate = |pattern| rate(&figures(&station, pattern, plain, &entry.assignment));
+            let rate = |pattern| rate(&figures(&station, pattern, &plain, &entry.assignment));
             let mut rates: Vec<f64> = patterns.iter().map(rate).collect();
             rates.sort_by(f64::total_cmp);
             rates[..count].iter().sum::<f64>() / count as f64
@@ -60,7 +60,7 @@ fn the_worst_pattern_of_a_sample_has_its_index_in_the_set() {
     for entry in ranking.unwrap().unwrap().entries {
         assert!(evaluation.patterns.contains(&entry.worst_pattern));
         let worst = &patterns[entry.worst_pattern];
-        let worst = rate(&figures(&station, worst, plain, &entry.assignment));
+        let worst = rate(&figures(&station, worst, &plain, &entry.assignment));
         assert!((entry.worst - worst).abs() < 1e-12, "{entry:?}");
         assert!(entry.worst <= entry.mean);
     }
@@ -84,7 +84,7 @@ fn the_gap_says_what_grasp_missed() {
     let mean = |rules: &RuleAssignment| {
         let rates = patterns
             .iter()
-            .map(|p| rate(&figures(&line, p, plain, rules)));
+            .map(|p| rate(&figures(&line, p, &plain, rules)));
         rates.sum::<f64>() / 5.0
     };
     let highest = RuleAssignment::all(3).map(|rules| mean(&rules));

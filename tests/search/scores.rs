@@ -65,10 +65,10 @@ fn conditions() -> Conditions {
 pub fn figures(
     station: &Station,
     pattern: &Pattern,
-    conditions: Conditions,
+    conditions: &Conditions,
     rules: &RuleAssignment,
 ) -> Figures {
-    let scene = Scene::under(station, pattern, conditions).unwrap();
+    let scene = Scene::under(station, pattern, conditions.clone()).unwrap();
     simulate_rules(&scene, rules).unwrap().figures
 }
 
@@ -122,8 +122,8 @@ fn scores_are_the_figures_of_single_runs() {
                     let luck = conditions
                         .disturbances
                         .with_seed(conditions.disturbances.seed + place as u64);
-                    let own = conditions.with_disturbances(luck);
-                    let run = figures(&station, pattern, own, rules);
+                    let own = conditions.clone().with_disturbances(luck);
+                    let run = figures(&station, pattern, &own, rules);
                     let share = run.picked as f64 / pattern.len() as f64;
                     let expected = match objective {
                         Objective::PickingRate => rate(&run),
@@ -355,7 +355,7 @@ fn one_pattern_and_risk_have_their_own_intervals() {
     let best = risky.best().clone();
     let resamples = Bootstrap::new(5, 2000, 0);
     let values = |rules: &RuleAssignment| -> Vec<f64> {
-        let rate = |pattern| rate(&figures(&station, pattern, plain, rules));
+        let rate = |pattern| rate(&figures(&station, pattern, &plain, rules));
         patterns.iter().map(rate).collect()
     };
     let of_best = values(&best.assignment);
@@ -389,7 +389,7 @@ fn rivals_are_compared_with_the_winner_pattern_by_pattern() {
         places
             .map(|(place, pattern)| {
                 let own = conditions().of_place(place);
-                rate(&figures(&station, pattern, own, &rules.parse().unwrap()))
+                rate(&figures(&station, pattern, &own, &rules.parse().unwrap()))
             })
             .collect()
     };
@@ -428,7 +428,7 @@ fn the_winner_is_judged_on_fresh_patterns() {
                 Evaluator::new(&narrow, &patterns, Objective::PickingRate, &conditions).unwrap();
             let judged = |certify| {
                 let environment = environment(&GO_ON);
-                let options = ValidationOptions::new(Risk::Worst, conditions)
+                let options = ValidationOptions::new(Risk::Worst, conditions.clone())
                     .with_flow(flow)
                     .with_certify(certify);
                 validate(&evaluator, &rules, &options, &environment)
@@ -440,9 +440,9 @@ fn the_winner_is_judged_on_fresh_patterns() {
             let (mut values, mut complete, mut picked, mut most) = (Vec::new(), 0, 0, 0.0);
             for (place, pattern) in places {
                 let own = conditions.of_place(place);
-                let run = figures(&narrow, pattern, own, &rules);
+                let run = figures(&narrow, pattern, &own, &rules);
                 values.push(rate(&run));
-                let run = figures(&at_speed, pattern, own, &rules);
+                let run = figures(&at_speed, pattern, &own, &rules);
                 assert!(place != 3 || conditions != Conditions::default() || run.picked == 149);
                 complete += usize::from(run.picked == pattern.len());
                 picked += run.picked;
@@ -698,7 +698,7 @@ fn a_greedy_start_climbs_to_a_local_optimum() {
         let robots = line.robots()[..rules.rules().len()].to_vec();
         let part = Station::new(*line.belt(), robots).unwrap();
         let rate = |pattern| {
-            let run = figures(&part, pattern, plain, rules);
+            let run = figures(&part, pattern, &plain, rules);
             60.0 * run.weight / run.end
         };
         patterns.iter().map(rate).sum::<f64>() / 5.0

@@ -1,7 +1,7 @@
 //! The model page with its disturbances, written down as directly as possible: every decision
 //! looks at every robot and every item.
 
-use pickline::decision::{Action, Miss, MissReason};
+use pickline::decision::{Action, Downtime, Miss, MissReason};
 use pickline::pattern::Item;
 use pickline::sim::Conditions;
 use pickline::station::{Robot, Station};
@@ -24,12 +24,14 @@ pub fn by_whim(choices: &[usize], count: usize, time: f64, candidates: usize) ->
     }
 }
 
-/// The model page written down as directly as possible; only the draws are the engine's.
+/// The model page written down as directly as possible; only the draws are the engine's. The times in
+/// which robots are down may overlap.
 pub fn transcribed(
     station: &Station,
     items: &[Item],
     decider: Decider,
     conditions: &Conditions,
+    downtimes: &[Downtime],
 ) -> (Vec<Recorded>, Vec<Miss>) {
     let belt = station.belt();
     let (v, hz, wrong) = (belt.speed, conditions.update_hz, &conditions.disturbances);
@@ -78,6 +80,17 @@ pub fn transcribed(
             (ticks.ceil() / hz).max(t)
         }
     };
+    let ready = |i: usize, t: f64| {
+        let mut d = tick(t);
+        let is_down = |d: f64| {
+            let mut own = downtimes.iter().filter(|down| down.robot == i);
+            own.find(|down| down.from <= d && d < down.to)
+        };
+        while let Some(down) = is_down(d) {
+            d = tick(down.to);
+        }
+        d
+    };
     let mut free = vec![0.0f64; station.robots().len()];
     // Who waits for the next window, and which claims have still to end, when.
     let mut waits = vec![false; free.len()];
@@ -103,7 +116,7 @@ pub fn transcribed(
                 let Some(exact) = could.map(|(first, _)| first).reduce(f64::min) else {
                     break None;
                 };
-                let d = tick(exact);
+                let d = ready(i, exact);
                 let can: Vec<usize> = windows
                     .iter()
                     .filter(|&&(j, (open, close))| {
@@ -221,6 +234,11 @@ pub fn transcribed(
             MissReason::PassedOver
         } else if !some(&|robot| known(robot, reported[j]).is_some()) {
             MissReason::Unseen
+        } else if downtimes.iter().any(|down| {
+            let window = known(&station.robots()[down.robot], reported[j]);
+            window.is_some_and(|(open, close)| down.from <= close && open < down.to)
+        }) {
+            MissReason::RobotDown
         } else {
             MissReason::Busy
         };

@@ -6,7 +6,9 @@ use pickline::checker::check;
 use pickline::decision::{Action, Event, MissReason, Observer, Outcome, Snapshot, Strategy};
 use pickline::dispatch::RuleStrategy;
 use pickline::pattern::{Item, Pattern};
-use pickline::sim::{Conditions, Disturbances, Scene, Trace, simulate_observed, simulate_rules};
+use pickline::sim::{
+    Conditions, Disturbances, Outage, Scene, Trace, simulate_observed, simulate_rules,
+};
 use pickline::station::{Belt, Robot, Station};
 
 /// Robots `r1`, `r2`, ... with base and bin in the middle of the belt at these x [m]. They meet
@@ -89,6 +91,8 @@ impl Observer for Diary {
             Event::GraspFailed {
                 robot, item, free, ..
             } => format!("robot {robot} fails at {item}, back at {free}"),
+            Event::RobotDown { robot, .. } => format!("robot {robot} is down"),
+            Event::RobotUp { robot, .. } => format!("robot {robot} is ready again"),
             Event::LeftBelt { item, .. } => format!("{item} leaves"),
         };
         self.0.push(format!("{time}: {text}"));
@@ -136,6 +140,51 @@ fn at_equal_times_grasps_come_first_and_decisions_last() {
     let reasons = [(0, MissReason::PassedOver), (3, MissReason::GraspFailed)];
     assert_eq!(missed, reasons);
     assert_eq!(outcome.figures.end, 62.5);
+}
+
+/// What happens to robots comes before what they do, also after the last decision.
+#[test]
+fn at_equal_times_outages_begin_and_end_first() {
+    let station = line(&[1.0, 3.0, 5.0, 7.0], 8.0);
+    let pattern = items(&[
+        ("left alone", -2.0, false),
+        ("of r4", -4.0, false),
+        ("of r3", -5.3125, false),
+        ("of r1", -9.75, false),
+    ]);
+    let mut meant = Meant {
+        items: vec![Some(3), None, Some(2), Some(1)],
+    };
+    let outages = ["r1:40..60", "r4:10..40", "r2:50..61", "r3:60.5.."];
+    let outages = outages.map(|text| text.parse::<Outage>().unwrap());
+    let conditions = outages
+        .into_iter()
+        .fold(Conditions::default(), Conditions::with_outage);
+    let scene = Scene::under(&station, &pattern, conditions).unwrap();
+    let (outcome, diary) = observed(&scene, &mut meant);
+    let expected = [
+        "10: robot 3 is down",
+        "37.25: robot 2 leaves for 2",
+        "38.25: robot 2 takes 2",
+        "39: robot 0 leaves for 3",
+        "40: robot 0 is down",
+        "40: robot 3 is ready again",
+        "40: robot 0 takes 3",
+        "40: robot 2 drops 2",
+        "40: 0 leaves",
+        "40: robot 3 leaves for 1",
+        "41: robot 3 takes 1",
+        "41.75: robot 0 drops 3",
+        "42.75: robot 3 drops 1",
+    ];
+    assert_eq!(diary, expected);
+    // What begins after the run is not part of it, and no outage ends after it.
+    assert_eq!(outcome.figures.end, 42.75);
+    let down = outcome.downtimes.iter().map(|d| (d.robot, d.from, d.to));
+    assert_eq!(
+        down.collect::<Vec<_>>(),
+        [(3, 10.0, 40.0), (0, 40.0, 42.75)]
+    );
 }
 
 /// Events of one kind at one time come in the order of their decisions.

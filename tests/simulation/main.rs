@@ -14,6 +14,7 @@ mod engines;
 mod events;
 mod failures;
 mod flow;
+mod outages;
 mod queueing;
 mod real_lines;
 mod real_station_files;

@@ -48,7 +48,7 @@ impl BoundArgs {
         let read = [self.station.file(), ("--pattern", file.map(Path::new))];
         common.check_outputs::<BoundReport>("bound", &read, &[])?;
         let conditions = self.conditions.resolve(common)?;
-        options = options.with_conditions(conditions);
+        options = options.with_conditions(conditions.clone());
         let station = self.station.load()?;
         self.station.check_conditions(&conditions, &station)?;
         let (pattern, pattern_name) = load_pattern(file, station.belt().width)?;

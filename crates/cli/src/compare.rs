@@ -49,14 +49,16 @@ impl CompareArgs {
         let chart = pictures::checked::<ComparisonReport>(&self.pictures)?;
         let conditions = self.conditions.resolve(&self.common)?;
         let conditions = self.detections.add_to(conditions);
+        let conditions = self.outages.added_to(conditions)?;
         let remark = |text: &str| self.common.remark(text);
         let (station, saved) = self.station.load_with_strategy(&remark)?;
         let attributes = self.attributes.resolve()?;
         let cases = with_attributes(load_cases(&self.cases)?, attributes)?;
+        conditions.check_on(&station)?;
         self.station.check_conditions(&conditions, &station)?;
         self.check_cases(&cases, &station)?;
         self.check_files(&cases)?;
-        let options = self.options(&station, saved, conditions)?;
+        let options = self.options(&station, saved, &conditions)?;
         Ok(ComparePlan {
             common: self.common,
             choice: self.station,
@@ -77,7 +79,7 @@ impl CompareArgs {
         &self,
         station: &Station,
         saved: Option<String>,
-        conditions: Conditions,
+        conditions: &Conditions,
     ) -> Result<CompareOptions> {
         let (seed, quiet) = (self.common.seed, self.common.quiet);
         let saved = saved.filter(|saved| !self.strategy.contains(saved));
@@ -85,7 +87,7 @@ impl CompareArgs {
         let options = CompareOptions::default()
             .with_seed(seed)
             .with_replicates(self.replicates)
-            .with_conditions(conditions)
+            .with_conditions(conditions.clone())
             .with_station_strategy(saved.transpose()?)
             .with_training(self.training.resolve(station, seed, self.paper)?)
             .with_greedy(!self.no_greedy)

@@ -80,7 +80,7 @@ impl GameArgs {
         let options = GameOptions::default()
             .with_seed(common.seed)
             .with_patterns(patterns)
-            .with_conditions(conditions)
+            .with_conditions(conditions.clone())
             .with_payoff(payoff);
         Ok(GamePlan {
             common: self.common,

@@ -26,6 +26,7 @@ mod remarks;
 mod replay;
 #[cfg(feature = "ros2")]
 mod ros2;
+mod robots_down;
 mod run;
 mod save;
 mod service;

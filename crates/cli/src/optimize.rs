@@ -54,7 +54,7 @@ impl OptimizeArgs {
         let objective = Objective::named(&self.objective, scan)?;
         let values = [("--speed-step", &SPEED_STEP, Some(self.speed_step))];
         self.station.check_values(&values)?;
-        let options = self.options(patterns, conditions, scan, objective)?;
+        let options = self.options(patterns, &conditions, scan, objective)?;
         Ok(OptimizePlan {
             common: self.common,
             choice: self.station,
@@ -73,14 +73,14 @@ impl OptimizeArgs {
     fn options(
         &self,
         patterns: ScoredPatterns,
-        conditions: Conditions,
+        conditions: &Conditions,
         scan: SpeedScan,
         objective: Objective,
     ) -> Result<OptimizeOptions> {
         let mut options = OptimizeOptions::default()
             .with_seed(self.common.seed)
             .with_patterns(patterns)
-            .with_conditions(conditions)
+            .with_conditions(conditions.clone())
             .with_objective(objective)
             .with_scan(scan)
             .with_kind(match self.search {

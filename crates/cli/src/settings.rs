@@ -1,8 +1,8 @@
 //! Turns arguments into the library's settings.
 
 use super::args::{
-    AttributeArgs, Common, ConditionArgs, DetectionArgs, FeedArgs, LimitArgs, PatternSetArgs,
-    StationChoice, TrainingArgs,
+    AttributeArgs, Common, ConditionArgs, DetectionArgs, FeedArgs, LimitArgs, OutageArgs,
+    PatternSetArgs, StationChoice, TrainingArgs,
 };
 use super::session::tell;
 use super::warnings::warn;
@@ -296,6 +296,20 @@ impl ConditionArgs {
             );
         conditions.check()?;
         Ok(conditions)
+    }
+}
+
+impl OutageArgs {
+    /// `conditions` with these outages.
+    ///
+    /// # Errors
+    /// A text that is not an outage, or whose times are not valid.
+    pub(crate) fn added_to(&self, conditions: Conditions) -> Result<Conditions> {
+        let random = self.outages.as_deref().map(str::parse).transpose()?;
+        let mut given = self.outage.iter();
+        given.try_fold(conditions.with_outages(random), |conditions, text| {
+            Ok(conditions.with_outage(text.parse()?))
+        })
     }
 }
 

@@ -52,6 +52,7 @@ impl SimulateArgs {
         common.check()?;
         let conditions = self.conditions.resolve(common)?;
         let conditions = self.detections.add_to(conditions);
+        let conditions = self.outages.added_to(conditions)?;
         self.check_files()?;
         let allowance = Allowance::default().with_asked(budget(self.budget_ms)?);
         let (station, saved) = self
@@ -59,6 +60,7 @@ impl SimulateArgs {
             .load_with_strategy(&|text| common.remark(text))?;
         let (pattern, pattern_name) = load_pattern(self.pattern.as_deref(), station.belt().width)?;
         let pattern_place = self.pattern.clone().unwrap_or_else(|| pattern_name.clone());
+        conditions.check_on(&station)?;
         self.station.check_conditions(&conditions, &station)?;
         let values = [("--budget-ms", &DECISION_TIME, self.budget_ms)];
         self.station.check_values(&values)?;
@@ -74,7 +76,7 @@ impl SimulateArgs {
         };
         let options = SimulateOptions::default()
             .with_seed(common.seed)
-            .with_conditions(conditions)
+            .with_conditions(conditions.clone())
             .with_allowance(allowance)
             .with_trace(self.trace.is_some())
             .with_check(self.check)

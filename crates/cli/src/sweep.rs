@@ -9,17 +9,20 @@ use super::session::Session;
 use super::settings::parse_strategy;
 use super::warnings::warn;
 use pickline::error::Result;
-use pickline::experiment::Axis;
+use pickline::experiment::{Axis, ROBOTS_DOWN};
 use pickline::optimize::Environment;
 use pickline::sim::Conditions;
 use pickline::station::Station;
 use pickline::strategies::policy_file;
 use pickline::study::{ScoredPatterns, SweepOptions, SweepStudy};
-use pickline_report::{ChartKind, Provenance, SweepReport};
+use pickline_report::{ChartKind, Provenance, SweepReport, VerbReport};
 
 pub(crate) fn run(args: SweepArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
-    args.resolve()?.run(session)
+    match args.sweep == ROBOTS_DOWN {
+        true => args.resolve_robots_down()?.run(session),
+        false => args.resolve()?.run(session),
+    }
 }
 
 /// A resolved call.
@@ -44,6 +47,7 @@ impl SweepArgs {
         }
         let chart = pictures::checked::<SweepReport>(&pictures)?;
         let conditions = self.conditions.resolve(&self.common)?;
+        let conditions = self.outages.added_to(conditions)?;
         let mut conditions = self.detections.add_to(conditions);
         // As the library does, for the provenance.
         conditions.disturbances.misdetections |= axis == Axis::MinDetection;
@@ -54,8 +58,8 @@ impl SweepArgs {
             .feed
             .patterns(&self.patterns, self.items, &self.station)?
             .with_attributes(self.attributes.resolve()?);
-        self.check_files(&patterns, saved.as_deref())?;
-        let options = self.options(axis, patterns, saved, conditions, &station)?;
+        self.check_files::<SweepReport>(&patterns, saved.as_deref())?;
+        let options = self.options(axis, patterns, saved, &conditions, &station)?;
         Ok(SweepPlan {
             common: self.common,
             choice: self.station,
@@ -86,7 +90,7 @@ impl SweepArgs {
         axis: Axis,
         patterns: ScoredPatterns,
         saved: Option<String>,
-        conditions: Conditions,
+        conditions: &Conditions,
         station: &Station,
     ) -> Result<SweepOptions> {
         let (seed, quiet) = (self.common.seed, self.common.quiet);
@@ -97,7 +101,7 @@ impl SweepArgs {
             .with_robots(move |robots| choice.clone().with_robots(robots).resolve())
             .with_patterns(patterns)
             .with_seed(seed)
-            .with_conditions(conditions)
+            .with_conditions(conditions.clone())
             .with_station_strategy(saved.transpose()?)
             .with_training(self.training.resolve(station, seed, false)?)
             .with_greedy(self.greedy)
@@ -120,7 +124,11 @@ impl SweepArgs {
     }
 
     /// Checks that what is written is not also read.
-    fn check_files(&self, patterns: &ScoredPatterns, saved: Option<&str>) -> Result<()> {
+    pub(super) fn check_files<R: VerbReport>(
+        &self,
+        patterns: &ScoredPatterns,
+        saved: Option<&str>,
+    ) -> Result<()> {
         let source = patterns.source();
         let files = source.files()?;
         let mut read = vec![self.station.file()];
@@ -129,7 +137,7 @@ impl SweepArgs {
         let strategies = saved.into_iter().chain(self.strategy.iter().map(|s| &**s));
         read.extend(strategies.map(|s| ("--strategy", policy_file(s))));
         self.common
-            .check_outputs::<SweepReport>("sweep", &read, &self.pictures.files())
+            .check_outputs::<R>("sweep", &read, &self.pictures.files())
     }
 }
 

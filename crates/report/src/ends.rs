@@ -26,6 +26,7 @@ ends! {
     complete: "complete_low", "complete_high";
     difference: "diff_low", "diff_high";
     gain: "gain_low", "gain_high";
+    loss_percent: "loss_low", "loss_high";
     mean: "mean_low", "mean_high";
     picked_share: "picked_share_low", "picked_share_high";
     picking_rate: "picking_rate_low", "picking_rate_high";

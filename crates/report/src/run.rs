@@ -5,6 +5,7 @@ use super::classes::class_title;
 use super::clearance::ClearanceReport;
 use super::columns::TableColumns;
 use super::csv_rows::{CsvRows, Displayed};
+use super::downtime::DowntimeReport;
 use super::presentation::Presentation;
 use super::provenance::Provenance;
 use super::purity::RunPurityReport;
@@ -57,6 +58,9 @@ pub struct RunReport {
     /// The items of each class; omitted on a station where neither bins nor values depend on it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub classes: Vec<ClassRunReport>,
+    /// The times in which robots were down, in order; omitted if no robot can be down.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub downtimes: Option<Vec<DowntimeReport>>,
     /// Purity and recovery of the bins; omitted unless detections may be wrong.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sorting: Option<RunPurityReport>,
@@ -98,6 +102,9 @@ pub struct RobotRunReport {
     /// Share of the time it is busy while the items of the steady state pass it; `None` without
     /// a steady state.
     pub utilisation_steady: Option<f64>,
+    /// How long it was down during the run [s]; omitted if no robot can be down.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub down_s: Option<f64>,
     /// What went into each of its bins; omitted for a robot with one bin for everything.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub bins: Vec<BinRunReport>,
@@ -181,6 +188,7 @@ impl RobotRunReport {
     fn new(robot: &Robot, did: &RobotFigures, end: f64, utilisation_steady: Option<f64>) -> Self {
         Self {
             name: robot.name.clone(),
+            down_s: None,
             bins: Vec::new(),
             picked: did.picked,
             weight: did.weight,
@@ -192,9 +200,11 @@ impl RobotRunReport {
     }
 }
 
-/// The number of missed items for each reason.
-fn missed_by_reason(outcome: &Outcome) -> BTreeMap<&'static str, usize> {
-    let all = MissReason::ALL.iter();
+/// The number of missed items for each reason that is possible on `scene`.
+fn missed_by_reason(scene: &Scene, outcome: &Outcome) -> BTreeMap<&'static str, usize> {
+    let outages = scene.conditions().has_outages();
+    let possible = |reason: &&MissReason| outages || **reason != MissReason::RobotDown;
+    let all = MissReason::ALL.iter().filter(possible);
     let mut counts: BTreeMap<_, _> = all.map(|reason| (reason.name(), 0)).collect();
     for miss in &outcome.missed {
         *counts.entry(miss.reason.name()).or_default() += 1;
@@ -248,6 +258,7 @@ impl RunReport {
         let (station, pattern) = (scene.station(), scene.pattern());
         let steady = Throughput::of([&steady_state(scene, outcome)]);
         let figures = &outcome.figures;
+        let outages = scene.conditions().has_outages();
         let id = |item: u32| pattern.items()[item as usize].id.clone();
         let robots = station.robots().iter().zip(&outcome.robots);
         let pick = |pick: &Pick| PickReport {
@@ -274,6 +285,7 @@ impl RunReport {
                     let busy_share = steady.utilisation.get(place).copied();
                     let mut report = RobotRunReport::new(robot, did, figures.end, busy_share);
                     report.bins = bins_of(place, robot, outcome);
+                    report.down_s = outages.then(|| outcome.time_down(place));
                     report
                 })
                 .collect(),
@@ -303,8 +315,9 @@ impl RunReport {
                 })
                 .collect(),
             classes: classes_of(scene, outcome),
+            downtimes: outages.then(|| DowntimeReport::all(outcome)),
             sorting: purity_of(scene, outcome),
-            missed_by_reason: missed_by_reason(outcome),
+            missed_by_reason: missed_by_reason(scene, outcome),
             checked: None,
             bound: None,
             clearance: None,
@@ -333,6 +346,9 @@ impl RunReport {
             .with("busy [s]", |robot| fixed(robot.busy_s, 1))
             .with("utilisation [%]", |robot| {
                 fixed(100.0 * robot.utilisation, 1)
+            })
+            .with_if(self.downtimes.is_some(), "down [s]", |robot| {
+                robot.down_s.map_or(String::new(), |down| fixed(down, 1))
             })
             .with_if(steady, "in the steady state [%]", |robot| {
                 let share = robot.utilisation_steady;

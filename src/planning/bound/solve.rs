@@ -121,7 +121,7 @@ pub fn upper_bound(
     go_on: &mut dyn FnMut(usize, usize) -> bool,
 ) -> Result<Bound> {
     let undisturbed;
-    let scene = if scene.conditions().disturbances.may_fail() {
+    let scene = if scene.conditions().can_go_wrong() {
         undisturbed = without_disturbances(scene)?;
         &undisturbed
     } else {
@@ -168,15 +168,17 @@ pub fn upper_bound(
     })
 }
 
-/// The scene without failures, in which every pick that succeeds on `scene` is a pick: failures
-/// only cost time. With noisy positions, a pick succeeds within the window of the true
+/// The scene without failures and outages, in which every pick that succeeds on `scene` is a pick:
+/// failures and outages only cost time. With noisy positions, a pick succeeds within the window of the true
 /// position, whatever the camera reported when.
 fn without_disturbances<'a>(scene: &Scene<'a>) -> Result<Scene<'a>> {
-    let mut conditions = *scene.conditions();
+    let mut conditions = scene.conditions().clone();
     if conditions.disturbances.position_noise > 0.0 {
         conditions.camera_x = None;
     }
     conditions.disturbances = Disturbances::default();
+    conditions.given_outages.clear();
+    conditions.random_outages = None;
     Scene::under(scene.station(), scene.pattern(), conditions)
 }
 

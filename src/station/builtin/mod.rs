@@ -56,11 +56,6 @@ impl BuiltIn {
         let made = file::parse(self.text, self.name, overrides);
         made.map_err(|error| error.at("'robots'").into_usage())
     }
-
-    /// The station as a commented file.
-    pub fn text(&self) -> &'static str {
-        self.text
-    }
 }
 
 /// The built-in station with this name.

@@ -5,6 +5,9 @@ use super::rig::{RATE, Rig, assert_near};
 use super::runs::{RUNNING, SIX, one, rate, report};
 use super::{Row, hold, row};
 
+/// Verbs under whose conditions robots may be down.
+const DOWN: [&str; 3] = ["compare", "sweep", "simulate"];
+
 /// Verbs that say what went into the bins.
 const BINS: [&str; 3] = ["simulate", "compare", "sweep"];
 
@@ -42,6 +45,22 @@ pub const ROWS: &[Row] = &[
             "{little} {more}"
         );
         assert_near(off("0"), 0.0);
+    }),
+    // From 5 s on the item is 0.5 m before the robot, which closes in at 0.6 m/s.
+    row(&DOWN, "--outage", |rig, verb| {
+        let later = 60.0 / (5.0 + 2.0 * 0.5 / 0.6 + 0.5);
+        for outage in ["a:3..5", "1:3..5", "a:0..4.5 --outage 1:4.5..5"] {
+            assert_near(rate(rig, verb, &format!("--outage {outage}")), later);
+        }
+        assert_near(rate(rig, verb, "--outage a:4.1..60"), RATE);
+        assert_near(rate(rig, verb, "--outage a:4.."), 0.0);
+        trained_under(rig, verb, "--outage a:4..");
+    }),
+    // It fails at once and for long, or never.
+    row(&DOWN, "--outages", |rig, verb| {
+        assert_near(rate(rig, verb, "--outages 0.1,1000000000"), 0.0);
+        assert_near(rate(rig, verb, "--outages 1000000000,0.1"), RATE);
+        trained_under(rig, verb, "--outages 0.1,1000000000");
     }),
     // At the threshold the item is picked, below it there is nothing to pick.
     row(&RUNNING, "--min-detection", |rig, verb| {

@@ -138,6 +138,16 @@ pub const ROWS: &[Row] = &[
         let (name, unit, rate) = swept("--sweep reach");
         assert_eq!((name, unit), (json!("reach"), json!("m")));
         assert_near(rate, RATE);
+        // Without its only robot the line picks nothing.
+        let report = rig.json(
+            "sweep -q --format json --patterns p.csv --robust FIFO --station one.toml --sweep \
+             robots-down",
+        );
+        assert_eq!(report["sweep"], "robots-down");
+        assert_near(number(&report, "/points/0/picking_rate_per_min"), RATE);
+        assert_eq!(report["points"][1]["robot_down"], "a");
+        assert_near(number(&report, "/points/1/picking_rate_per_min"), 0.0);
+        assert_near(number(&report, "/points/1/loss_percent"), 100.0);
         // At 0.5 m/s the belt is as fast as the arm; at 0.2 m/s see `--belt-speed`.
         let call = "sweep -q --format json --patterns p.csv --robust FIFO --no-bound \
                     --station one.toml --from 0.1 --to 0.2 --step 0.1";

@@ -200,6 +200,7 @@ impl Bench {
             end = end.max((belt.length - items[miss.item as usize].x0) / belt.speed);
         }
         Outcome {
+            downtimes: Vec::new(),
             figures: Figures {
                 items: items.len(),
                 picked: draft.picks.len(),

@@ -5,6 +5,7 @@ mod bench;
 mod bent_attempts;
 mod bent_figures;
 mod bent_misses;
+mod downtimes;
 mod rounding;
 mod vain_ways;
 

@@ -58,3 +58,18 @@ pub(crate) struct DetectionArgs {
     #[arg(long)]
     pub misdetections: bool,
 }
+
+/// When robots are down, for the verbs that simulate strategies rather than search for rules.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Conditions")]
+pub(crate) struct OutageArgs {
+    /// This robot (by name, or by number from 1) is down from FROM to TO [s]: it makes no decision
+    /// then, but finishes the pick under way; without TO, until the end. May be given several
+    /// times, such as `--outage r2:30..60`
+    #[arg(long, value_name = "ROBOT:FROM..TO", allow_hyphen_values = true)]
+    pub outage: Vec<String>,
+    /// Every robot fails at random, after MTBF [s] on average, and is repaired in MTTR [s] on
+    /// average, such as `--outages 300,20`; the same for all strategies
+    #[arg(long, value_name = "MTBF,MTTR", allow_hyphen_values = true)]
+    pub outages: Option<String>,
+}

@@ -1,6 +1,6 @@
 //! The arguments of `pickline compare` and `pickline sweep`.
 
-use super::conditions::{ConditionArgs, DetectionArgs};
+use super::conditions::{ConditionArgs, DetectionArgs, OutageArgs};
 use super::shared::{AttributeArgs, Common, FeedArgs, Pictures, StationChoice, strategy_help};
 use clap::Args;
 
@@ -25,6 +25,7 @@ Examples:
   pickline compare --station my-line.toml --cases my-cases.toml
   pickline compare --paper --html compare.html --svg rates.svg
   pickline compare --grasp-success 0.9 --position-noise 0.005
+  pickline compare --cases dense --outages 300,20
 
 Charts for --chart: rate (the main one), the picking rate of every method on every case;
 difference, how much more each picks than robust GT; throughput, the picks per minute in
@@ -50,6 +51,8 @@ pub(crate) struct CompareArgs {
     pub conditions: ConditionArgs,
     #[command(flatten)]
     pub detections: DetectionArgs,
+    #[command(flatten)]
+    pub outages: OutageArgs,
     /// Cases: paper, dense, all, or a TOML file
     #[arg(long, value_name = "SET|FILE", default_value = "paper")]
     pub cases: String,
@@ -116,6 +119,10 @@ pub(crate) struct TrainingArgs {
 /// --sweep min-detection varies the p_detection below which items are left on the belt, with
 /// --misdetections: the more are left, the purer the bins, and usually the lower the recovery.
 /// It draws that curve, and --purity P chooses a point on it.
+///
+/// --sweep robots-down shows what the line still does while one of its robots is down for the
+/// whole run, for each robot, with the loss against all robots (paired over patterns, with 95 %
+/// intervals); rules and strategies are those of the whole line.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
@@ -123,6 +130,7 @@ Examples:
   pickline sweep --patterns poisson:0.15:100 --items 150 --strategy SPT,SPT --out results/
   pickline sweep --sweep robots --patterns poisson:0.12:10
   pickline sweep --sweep robots --patterns random:20 --flow 80
+  pickline sweep --sweep robots-down --robots 3 --patterns random:20 --flow 80
   pickline sweep --patterns poisson:0.15:100 --html sweep.html --svg limits.svg --chart limits
   pickline sweep --sweep min-detection --p-detection beta:8,2 --purity 0.9 --svg purity.svg
 
@@ -130,7 +138,8 @@ Charts for --chart: picked (the main one), the picked share over the sweep with 
 limits; throughput, the picks per minute in the steady state; rate, the picking rate;
 limits, the share of patterns that are picked completely (needs several patterns and a
 sweep of speed or spacing); purity, the purity over the recovery, which is the main one of a
-sweep of min-detection.")]
+sweep of min-detection. With robots-down: picked, loss (fewer picks than with all robots),
+throughput, rate.")]
 pub(crate) struct SweepArgs {
     #[command(flatten)]
     pub station: StationChoice,
@@ -140,7 +149,10 @@ pub(crate) struct SweepArgs {
     pub conditions: ConditionArgs,
     #[command(flatten)]
     pub detections: DetectionArgs,
-    /// What to vary: speed, robots, spacing, reach, min-detection
+    #[command(flatten)]
+    pub outages: OutageArgs,
+    /// What to vary: speed, robots, spacing, reach, min-detection; robots-down halts every robot in
+    /// turn
     #[arg(long, value_name = "NAME", default_value = "speed")]
     pub sweep: String,
     /// With --sweep min-detection: name for each strategy the threshold with the highest recovery
@@ -172,7 +184,7 @@ pub(crate) struct SweepArgs {
     /// Add greedy GT (game theory), the assignment with the highest picking rate at each value
     #[arg(long)]
     pub greedy: bool,
-    /// Leave out the certified bound, which no strategy can exceed
+    /// Leave out the certified bound, which no strategy can exceed; with robots-down there is none
     #[arg(long)]
     pub no_bound: bool,
     #[command(flatten)]

@@ -21,7 +21,7 @@ mod train;
 
 pub(crate) use access::AccessArgs;
 pub(crate) use bound::{BoundArgs, ObjectiveArg};
-pub(crate) use conditions::{ConditionArgs, DetectionArgs};
+pub(crate) use conditions::{ConditionArgs, DetectionArgs, OutageArgs};
 pub(crate) use experiment::{CompareArgs, SweepArgs, TrainingArgs};
 pub(crate) use game::{GameArgs, PayoffArg};
 pub(crate) use live::{

@@ -1,6 +1,6 @@
 //! The arguments of `pickline simulate`.
 
-use super::conditions::{ConditionArgs, DetectionArgs};
+use super::conditions::{ConditionArgs, DetectionArgs, OutageArgs};
 use super::shared::{Common, StationChoice, strategy_help};
 use clap::Args;
 use std::path::PathBuf;
@@ -9,7 +9,8 @@ use std::path::PathBuf;
 ///
 /// Jumps from decision to decision; there is no time step. Prints the throughput (picks per
 /// minute in the steady state) if the pattern is long enough to reach one. Gives the reason
-/// for every item that was not picked: unreachable, grasp_failed, passed_over, unseen or busy.
+/// for every item that was not picked: unreachable, grasp_failed, passed_over, unseen, robot_down
+/// or busy.
 #[derive(Debug, Args)]
 #[command(after_long_help = simulate_help())]
 pub(crate) struct SimulateArgs {
@@ -21,6 +22,8 @@ pub(crate) struct SimulateArgs {
     pub conditions: ConditionArgs,
     #[command(flatten)]
     pub detections: DetectionArgs,
+    #[command(flatten)]
+    pub outages: OutageArgs,
     /// Pattern file (CSV), or `-` for stdin [default: a 0.15 m grid of 50 items]
     #[arg(long, value_name = "FILE")]
     pub pattern: Option<String>,
@@ -72,5 +75,6 @@ Examples:
   pickline simulate --station my-line.toml --pattern items.csv --trace events.csv
   pickline simulate --strategy lookahead --check
   pickline simulate --robots 3 --html replay.html
-  pickline simulate --camera-x 0.5 --grasp-success 0.8 --position-noise 0.01"
+  pickline simulate --camera-x 0.5 --grasp-success 0.8 --position-noise 0.01
+  pickline simulate --outage r2:10..25 --check"
 }

@@ -16,6 +16,7 @@ const MISSED_WORDS = {
   not_found: "missed: not found",
   no_result: "missed: no result",
   unseen: "missed: unseen",
+  robot_down: "missed: robot down",
   unreachable: "missed: unreachable",
 };
 

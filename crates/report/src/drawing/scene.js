@@ -291,6 +291,11 @@ function drawMissed(ctx, x, y, radius, reason, theme) {
     ctx.lineTo(x + r, y - r);
     ctx.lineTo(x - r, y - r);
     ctx.closePath();
+  } else if (reason === "robot_down") {
+    ctx.moveTo(x, y - 1.2 * r);
+    ctx.lineTo(x, y + r);
+    ctx.moveTo(x - r, y + r);
+    ctx.lineTo(x + r, y + r);
   } else if (reason === "unseen") {
     ctx.arc(x, y, r, 0, 2 * Math.PI);
   } else {

@@ -68,11 +68,13 @@ function fillTables(run) {
       of("failed", 0),
       of("busy_s", 1),
       of("utilisation", 1, 100),
+      ...(report.downtimes ? [of("down_s", 1)] : []),
       ...(steady ? [of("utilisation_steady", 1, 100)] : []),
     ];
   });
   const weight = report.items_have_attributes ? ["weight"] : [];
   const header = ["robot", "picked", ...weight, "failed", "busy [s]", "utilisation [%]"];
+  if (report.downtimes) header.push("down [s]");
   if (steady) header.push("in the steady state [%]");
   fillTable(byName("robots"), header, robots);
   const reasons = Object.entries(report.missed_by_reason);
@@ -102,8 +104,10 @@ function fillTables(run) {
 function fillLegends(run, theme) {
   const colour = run.robots[0].colour;
   const sometimes = run.report.made.conditions ? ["grasp_failed", "unseen"] : [];
-  const reasons = ["passed_over", "busy", ...sometimes, "unreachable"];
-  byName("legend").replaceChildren(...sceneLegend(colour, theme, reasons, false, run.camera !== undefined));
+  const outages = run.report.downtimes !== undefined;
+  const stopped = outages ? ["robot_down"] : [];
+  const reasons = ["passed_over", "busy", ...stopped, ...sometimes, "unreachable"];
+  byName("legend").replaceChildren(...sceneLegend(colour, theme, reasons, outages, run.camera !== undefined));
   const block = (words, alpha) =>
     entry(words, (ctx) => {
       ctx.globalAlpha = alpha;
@@ -122,6 +126,7 @@ function fillLegends(run, theme) {
     block("grasp and release", PHASE_ALPHA.grasp),
     block("on the way back", PHASE_ALPHA.back),
     ...(run.report.failures.length ? [failed] : []),
+    ...(outages ? [entry("down", (ctx) => drawDown(ctx, 3, 3, 19, 12, theme))] : []),
     stroke("picks per minute since the start", theme.ink, 2),
     stroke(`over the last ${RATE_WIDTH} s`, theme.faint, 1),
   );

@@ -5,6 +5,7 @@ const REASONS = {
   grasp_failed: "grasp failed: every attempt failed",
   passed_over: "passed over: a robot could have taken it but chose otherwise",
   unseen: "unseen: once the camera had located it, no robot could leave for it",
+  robot_down: "robot down: a robot that could have taken it was down, and no other was free",
   busy: "busy: whenever a robot could have taken it, that robot was busy",
 };
 const FATE_WORDS = {

@@ -65,6 +65,10 @@ function drawStrip(ctx, view, robot, index, theme) {
   ctx.beginPath();
   ctx.rect(view.left, top, view.right - view.left, height);
   ctx.clip();
+  for (const down of robot.downtimes) {
+    const [from, to] = [view.x(down.from_s), view.x(down.to_s)];
+    drawDown(ctx, Math.max(from, view.left), top, Math.min(to, view.right), height, theme);
+  }
   ctx.fillStyle = robot.colour;
   const first = countUpTo(robot.trips, view.from, (trip) => trip.release_s);
   for (const trip of robot.trips.slice(first)) {
@@ -82,6 +86,19 @@ function drawStrip(ctx, view, robot, index, theme) {
     ctx.globalAlpha = 1;
     ctx.clearRect(view.x(trip.release_s) - 0.5, top, 0.5, height);
   }
+  ctx.restore();
+}
+
+/** A time in which a robot is down: hatched from edge to edge. */
+function drawDown(ctx, left, top, right, height, theme) {
+  if (left >= right) return;
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(left, top, right - left, height);
+  ctx.clip();
+  ctx.strokeStyle = theme.faint;
+  ctx.lineWidth = 1;
+  for (let x = left - height; x < right; x += 5) line(ctx, x, top + height, x + height, top);
   ctx.restore();
 }
 

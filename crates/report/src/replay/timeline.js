@@ -8,7 +8,8 @@ const FATES = ["coming", "waiting", "claimed", "carried", "picked", "missed", "l
 function makeRun(data) {
   const { report, belt, station, camera, clearance } = data;
   // A robot's trips are its picks and failed attempts, in order of time.
-  const robots = data.robots.map((robot) => ({ ...robot, picks: [], trips: [] }));
+  const robots = data.robots.map((robot) => ({ ...robot, picks: [], trips: [], downtimes: [] }));
+  for (const down of report.downtimes ?? []) robots[down.robot].downtimes.push(down);
   const items = data.items.map((item, index) => ({
     ...item,
     index,
@@ -72,7 +73,9 @@ function countUpTo(values, limit, value = (v) => v) {
 function armAt(robot, time) {
   const trip = robot.trips[countUpTo(robot.trips, time, (t) => t.decide_s) - 1];
   const picked = countUpTo(robot.picks, time, (pick) => pick.release_s);
-  return { ...armOnTrip(robot, trip, time), picked };
+  const outage = robot.downtimes[countUpTo(robot.downtimes, time, (down) => down.from_s) - 1];
+  const down = outage !== undefined && time < outage.to_s;
+  return { ...armOnTrip(robot, trip, time), picked, down };
 }
 
 function itemAt(run, item, arms, time) {

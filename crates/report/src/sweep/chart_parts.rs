@@ -65,7 +65,7 @@ pub(super) fn legend(report: &SweepReport) -> Vec<LegendLine> {
 }
 
 /// A method's name in files in readable form.
-pub(super) fn method_words(id: &str) -> String {
+pub(crate) fn method_words(id: &str) -> String {
     match id {
         "robust_gt" => "robust GT".into(),
         "greedy_gt" => "greedy GT".into(),

@@ -17,6 +17,7 @@ mod text;
 mod thresholds;
 mod words;
 
+pub(crate) use chart_parts::method_words;
 pub use report::SweepReport;
 
 use crate::charts::ChartKind;
