@@ -76,6 +76,7 @@ pub mod names;
 pub mod files;
 mod toml_file;
 mod csv_file;
+mod csv_columns;
 pub mod station;
 pub mod pattern;
 pub mod stats;

@@ -36,6 +36,7 @@ mod station;
 mod sweep;
 #[cfg(feature = "onnx")]
 mod train;
+mod verification;
 mod warnings;
 
 use args::{Cli, Command};
@@ -130,6 +131,7 @@ fn run(command: Command, session: &Session) -> Result<()> {
         Command::Game(args) => game::run(*args, session),
         Command::Bound(args) => bound::run(*args, session),
         Command::Simulate(args) => simulate::run(*args, session),
+        Command::Check(args) => verification::run(*args, session),
         #[cfg(feature = "onnx")]
         Command::Train(args) => train::run(*args, session),
         Command::Run(args) => run::run(*args, session),

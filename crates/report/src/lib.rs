@@ -27,6 +27,7 @@ mod throughput;
 #[cfg(feature = "onnx")]
 mod training;
 mod verb_report;
+mod verification;
 
 pub use bound::{BoundReport, CertifiedReport};
 pub use charts::ChartKind;
@@ -48,3 +49,4 @@ pub use throughput::ThroughputReport;
 #[cfg(feature = "onnx")]
 pub use training::{TrainingReport, learning_curve_csv};
 pub use verb_report::{ResultFile, VerbReport, json_text};
+pub use verification::{VerificationReport, ViolationReport};

@@ -18,6 +18,7 @@ mod searches;
 mod settings;
 mod station;
 mod transport;
+mod verification;
 
 use clap::{Arg, Command};
 use rig::Rig;
@@ -41,7 +42,7 @@ const fn row(verbs: &'static [&'static str], option: &'static str, holds: fn(&Ri
 }
 
 /// The rows of this folder.
-const ROWS: [&[Row]; 11] = [
+const ROWS: [&[Row]; 12] = [
     settings::ROWS,
     station::ROWS,
     conditions::ROWS,
@@ -53,6 +54,7 @@ const ROWS: [&[Row]; 11] = [
     run::ROWS,
     emulate::ROWS,
     transport::ROWS,
+    verification::ROWS,
 ];
 
 /// Options that are taken for the sake of others and change nothing: the unit names its place as

@@ -187,7 +187,7 @@ fn a_release_that_never_comes_is_refuted() {
 
 #[test]
 fn items_that_somebody_else_has_are_refuted() {
-    let by_front = "the item was already claimed by robot 0";
+    let by_front = "the item was already claimed by robot `front`";
     let bends: [Bent; 5] = [
         (
             "an item that another robot has picked",
@@ -215,7 +215,7 @@ fn items_that_somebody_else_has_are_refuted() {
         (
             "an item that another robot fails at and this one picks",
             |b, d| d.picks[4] = b.pick(0, 4, 1.2),
-            "the item was already claimed by robot 1",
+            "the item was already claimed by robot `back`",
         ),
     ];
     assert_refuted(&bends);

@@ -5,6 +5,7 @@ mod bench;
 mod bent_attempts;
 mod bent_figures;
 mod bent_misses;
+mod listed;
 mod rounding;
 mod vain_ways;
 
