@@ -236,7 +236,11 @@ impl LineUp<'_> {
             let named = robot.bins.iter().position(|bin| bin.name == text);
             named.ok_or_else(|| {
                 let names: Vec<&str> = robot.bins.iter().map(|bin| bin.name.as_str()).collect();
-                format!("there is no bin `{}`; {}", shown(text), known_bins(text, &names))
+                format!(
+                    "there is no bin `{}`; {}",
+                    shown(text),
+                    known_bins(text, &names)
+                )
             })?
         };
         u16::try_from(place).map_err(|_| format!("there is no bin {place}"))

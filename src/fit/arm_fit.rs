@@ -2,7 +2,7 @@
 //! recorded times.
 
 use super::intervals::{FittedParameter, HalfOpen, percentile_interval, resampled};
-use super::law_fit::{LEAST_CRUISING, LawEstimate, Prior, estimate_law};
+use super::law_fit::{LawEstimate, Prior, estimate_law};
 use super::model::{
     DWELL, GRASP, LIFT, Leg, Observation, RAMP, SLOWNESS, arm_of, longest_path, predict,
 };
@@ -12,8 +12,8 @@ use super::table::{Groups, TableEstimate};
 use super::timed_move::TimedMove;
 use crate::error::{Error, Result, counted, rounded};
 use crate::kinematics::{Arm, TravelLaw};
-use crate::stats::quantile;
 use crate::station::Robot;
+use crate::stats::quantile;
 
 /// Fewer moves do not tell a law from its errors.
 const LEAST_MOVES: usize = 12;
@@ -258,7 +258,6 @@ impl Bench<'_> {
                 let old = &law.estimate;
                 let estimate = task.refine(&old.parameters, old.scale);
                 Fitted::Law(LawEstimate {
-                    cruises: is_cruising(&estimate.parameters, observations),
                     estimate,
                     ..law.clone()
                 })
@@ -355,7 +354,13 @@ impl Bench<'_> {
             errors.extend(off.filter(|off| off.is_finite()));
         }
         errors.sort_unstable_by(f64::total_cmp);
-        let share = |share| if errors.is_empty() { 0.0 } else { quantile(&errors, share) };
+        let share = |share| {
+            if errors.is_empty() {
+                0.0
+            } else {
+                quantile(&errors, share)
+            }
+        };
         FitError {
             median: share(0.5),
             worst: share(0.95),
@@ -381,38 +386,29 @@ impl Bench<'_> {
             true => FittedLaw::Trapezoid,
             false => FittedLaw::Speed,
         };
-        let speed = |law: &LawEstimate| match law.cruises || !law.accelerates {
-            true => 1.0 / law.estimate.parameters[SLOWNESS],
-            false => f64::INFINITY,
-        };
         let mut used = parameters.clone();
-        let found = speed(law);
-        if found.is_finite() {
-            fit.parameters
-                .push(known("speed", "m/s", found, interval(found, &speed)));
-        } else {
-            let peak = self.peak_speed(parameters, fit);
-            used[SLOWNESS] = 1.0 / peak.max(1.0 / self.prior.parameters[SLOWNESS]);
-            fit.parameters.push(FittedParameter {
-                name: "speed".into(),
-                unit: "m/s",
-                value: None,
-                interval: Some(HalfOpen {
-                    low: peak,
-                    high: None,
-                }),
-                remark: "no move is long enough to reach the top speed".into(),
-            });
-            fit.notes.push(format!(
-                "the top speed is unknown: {} m/s, the station's or that of the longest move, is \
-                 used, which changes no time within the recorded lengths",
-                rounded(1.0 / used[SLOWNESS], 4)
-            ));
+        match law.least_speed {
+            None => {
+                let speed = |law: &LawEstimate| 1.0 / law.estimate.parameters[SLOWNESS];
+                let found = speed(law);
+                fit.parameters
+                    .push(known("speed", "m/s", found, interval(found, &speed)));
+            }
+            Some(least) => {
+                let peak = self.peak_speed(parameters, fit);
+                used[SLOWNESS] = 1.0 / peak.max(1.0 / self.prior.parameters[SLOWNESS]);
+                describe_unknown_speed(fit, least, 1.0 / used[SLOWNESS]);
+            }
         }
         if law.accelerates {
             let acceleration = |law: &LawEstimate| 2.0 / law.estimate.parameters[RAMP];
             let found = acceleration(law);
-            let estimated = known("acceleration", "m/s^2", found, interval(found, &acceleration));
+            let estimated = known(
+                "acceleration",
+                "m/s^2",
+                found,
+                interval(found, &acceleration),
+            );
             fit.parameters.push(match law.undetermined.contains(&RAMP) {
                 true => doubtful(estimated),
                 false => FittedParameter {
@@ -439,10 +435,11 @@ impl Bench<'_> {
             let grasp = |law: &LawEstimate| law.estimate.parameters[GRASP];
             let found = grasp(law);
             let estimated = known("grasp_time", "s", found, interval(found, &grasp));
-            fit.parameters.push(match law.undetermined.contains(&GRASP) {
-                true => doubtful(estimated),
-                false => estimated,
-            });
+            fit.parameters
+                .push(match law.undetermined.contains(&GRASP) {
+                    true => doubtful(estimated),
+                    false => estimated,
+                });
         }
     }
 
@@ -486,7 +483,8 @@ impl Bench<'_> {
                 fit.release_times.push(bin.release_time);
                 continue;
             }
-            fit.release_times.push(tidy((dwell[index] - fit.grasp_time).max(0.0)));
+            fit.release_times
+                .push(tidy((dwell[index] - fit.grasp_time).max(0.0)));
             let mut name = "grasp_time + release_time".to_owned();
             if robot.bins.len() > 1 {
                 name += &format!(", bin {}", bin.name);
@@ -529,7 +527,11 @@ impl Bench<'_> {
         });
         fit.arm = Arm {
             law: TravelLaw::Table(
-                table.points.iter().map(|&(l, t)| (tidy(l), tidy(t))).collect(),
+                table
+                    .points
+                    .iter()
+                    .map(|&(l, t)| (tidy(l), tidy(t)))
+                    .collect(),
             ),
             lift: 0.5 * self.lift(),
         };
@@ -546,7 +548,12 @@ impl Bench<'_> {
     }
 }
 
-fn known(name: &str, unit: &'static str, value: f64, interval: Option<HalfOpen>) -> FittedParameter {
+fn known(
+    name: &str,
+    unit: &'static str,
+    value: f64,
+    interval: Option<HalfOpen>,
+) -> FittedParameter {
     FittedParameter {
         name: name.to_owned(),
         unit,
@@ -582,10 +589,23 @@ fn doubtful(parameter: FittedParameter) -> FittedParameter {
     }
 }
 
-/// Whether more than a few of the observations reach the top speed.
-fn is_cruising(parameters: &[f64], observations: &[Observation]) -> bool {
-    let cruising = observations.iter().filter(|o| longest_path(parameters, &o.leg).1);
-    cruising.count() >= LEAST_CRUISING
+/// Enters that the top speed is unknown but at least `least` [m/s], and `used` instead.
+fn describe_unknown_speed(fit: &mut ArmFit, least: f64, used: f64) {
+    fit.parameters.push(FittedParameter {
+        name: "speed".into(),
+        unit: "m/s",
+        value: None,
+        interval: Some(HalfOpen {
+            low: least,
+            high: None,
+        }),
+        remark: "no move is long enough to tell the top speed".into(),
+    });
+    fit.notes.push(format!(
+        "the top speed is unknown: {} m/s, the station's or that of the longest move, is used, which \
+         changes no time within the recorded lengths",
+        rounded(used, 4)
+    ));
 }
 
 /// A number with the digits that go into a station file.
@@ -595,7 +615,9 @@ fn tidy(value: f64) -> f64 {
 
 fn rounded_arm(arm: &Arm) -> Arm {
     let law = match &arm.law {
-        TravelLaw::Constant { speed } => TravelLaw::Constant { speed: tidy(*speed) },
+        TravelLaw::Constant { speed } => TravelLaw::Constant {
+            speed: tidy(*speed),
+        },
         TravelLaw::Trapezoid {
             speed,
             acceleration,

@@ -8,7 +8,12 @@ use super::robust::{Estimate, TUKEY, Task, median};
 use nalgebra::DMatrix;
 
 /// Least number of observations at top speed for which it can be told.
-pub(super) const LEAST_CRUISING: usize = 5;
+const LEAST_CRUISING: usize = 5;
+/// A parameter more must lower the loss by this: half of what twice the logarithm of the likelihood
+/// ratio exceeds by chance with a probability of 0.001 (Wilks 1938, DOI 10.1214/aoms/1177732360).
+const WORTH: f64 = 0.5 * 10.828;
+/// The same for a probability of 0.05: what a value may cost that is not excluded.
+const EXCLUDED: f64 = 0.5 * 3.841;
 /// A parameter whose standard error is more than this share of it is not determined.
 const LARGEST_ERROR: f64 = 0.5;
 
@@ -20,8 +25,8 @@ pub(super) struct LawEstimate {
     pub free: Vec<usize>,
     /// Whether the lift could be told apart from the rest.
     pub has_lift: bool,
-    /// Whether any arm reaches its top speed in the recorded moves.
-    pub cruises: bool,
+    /// What the top speed is at least [m/s], if it is not known because no move tells it.
+    pub least_speed: Option<f64>,
     /// Whether the arm accelerates.
     pub accelerates: bool,
     /// The indices of free parameters that the observations do not determine, because they can be
@@ -59,15 +64,12 @@ pub(super) fn estimate_law(
             let (Some(plain), Some(ramped)) = (&constant, &trapezoid) else {
                 return trapezoid.or(constant);
             };
-            // Schwarz's criterion (1978, DOI 10.1214/aos/1176344136) with the loss of both in the
-            // scale of the richer law.
             let task = Task {
                 observations,
                 free: &plain.free,
             };
             let same = task.refine(&plain.estimate.parameters, ramped.estimate.scale);
-            let gain = 2.0 * (same.loss - ramped.estimate.loss);
-            let is_worth = gain > (observations.len() as f64).ln();
+            let is_worth = same.loss - ramped.estimate.loss > WORTH;
             if is_worth { trapezoid } else { constant }
         }
     }
@@ -94,19 +96,86 @@ fn estimate_as(
         }
         let lift_is_known = has_lift || options.lift.is_some();
         let undetermined = undetermined(&task, &estimate, lift_is_known);
-        let residuals = task.residuals(&estimate.parameters);
-        let inliers = observations.iter().zip(&residuals);
-        let inliers = inliers.filter(|(_, r)| r.abs() < TUKEY * estimate.scale);
-        let cruising = inliers.filter(|(o, _)| longest_path(&estimate.parameters, &o.leg).1);
-        let cruises = cruising.count() >= LEAST_CRUISING;
+        let told = !accelerates || is_speed_told(&task, &estimate);
+        if !told {
+            return Some(without_speed(&task, &estimate, has_lift, undetermined));
+        }
         return Some(LawEstimate {
             estimate,
             free,
             has_lift,
-            cruises,
+            least_speed: None,
             accelerates,
             undetermined,
         });
+    }
+}
+
+/// The same estimate of an arm that never reaches its top speed.
+fn never_cruising(task: &Task, estimate: &Estimate) -> (Vec<usize>, Estimate) {
+    let free: Vec<usize> = task
+        .free
+        .iter()
+        .copied()
+        .filter(|i| *i != SLOWNESS)
+        .collect();
+    let mut start = estimate.parameters.clone();
+    start[SLOWNESS] = 0.0;
+    let slower = Task {
+        observations: task.observations,
+        free: &free,
+    };
+    let refined = slower.refine(&start, estimate.scale);
+    (free, refined)
+}
+
+/// Whether the observations tell the top speed: several moves reach it, and an arm without a limit
+/// fits worse than by chance.
+fn is_speed_told(task: &Task, estimate: &Estimate) -> bool {
+    let residuals = task.residuals(&estimate.parameters);
+    let inliers = task.observations.iter().zip(&residuals);
+    let inliers = inliers.filter(|(_, r)| r.abs() < TUKEY * estimate.scale);
+    let cruising = inliers.filter(|(o, _)| longest_path(&estimate.parameters, &o.leg).1);
+    let unlimited = never_cruising(task, estimate).1;
+    cruising.count() >= LEAST_CRUISING && unlimited.loss - estimate.loss > WORTH
+}
+
+/// The estimate of an arm whose top speed no move tells, with what it is at least: the lowest speed
+/// that the observations do not exclude, by the profile of the loss.
+fn without_speed(
+    task: &Task,
+    estimate: &Estimate,
+    has_lift: bool,
+    undetermined: Vec<usize>,
+) -> LawEstimate {
+    let (free, unlimited) = never_cruising(task, estimate);
+    let residuals = task.residuals(&unlimited.parameters);
+    let inliers = task.observations.iter().zip(&residuals);
+    let inliers = inliers.filter(|(_, r)| r.abs() < TUKEY * unlimited.scale);
+    let lengths = inliers.map(|(o, _)| longest_path(&unlimited.parameters, &o.leg).0);
+    let longest = lengths.fold(0.0, f64::max);
+    let peak = (2.0 * longest / unlimited.parameters[RAMP]).sqrt();
+    let limited = Task {
+        observations: task.observations,
+        free: &free,
+    };
+    let mut least_speed = peak;
+    for step in 1..50 {
+        let speed = peak * (1.0 - 0.02 * f64::from(step));
+        let mut start = unlimited.parameters.clone();
+        start[SLOWNESS] = 1.0 / speed;
+        if limited.refine(&start, unlimited.scale).loss - unlimited.loss > EXCLUDED {
+            break;
+        }
+        least_speed = speed;
+    }
+    LawEstimate {
+        estimate: unlimited,
+        free,
+        has_lift,
+        least_speed: Some(least_speed),
+        accelerates: true,
+        undetermined,
     }
 }
 
@@ -130,7 +199,10 @@ fn free_parameters(prior: &Prior, accelerates: bool, has_lift: bool) -> Vec<usiz
 fn undetermined(task: &Task, estimate: &Estimate, lift_is_known: bool) -> Vec<usize> {
     let times = task.observations.iter().map(|o| o.time).collect();
     let time = median(times);
-    let has_out = task.observations.iter().any(|o| matches!(o.leg, Leg::Out(_)));
+    let has_out = task
+        .observations
+        .iter()
+        .any(|o| matches!(o.leg, Leg::Out(_)));
     let is_doubtful = |&index: &usize| match index {
         // The top speed is judged by how many moves reach it.
         SLOWNESS | LIFT => false,
@@ -191,15 +263,26 @@ fn starts(
     plain[RAMP] = 0.0;
     let legs = |o: &&Observation| o.leg.bin().is_none();
     let outs: Vec<&Observation> = observations.iter().filter(legs).collect();
-    let basis = if outs.is_empty() { observations.iter().collect() } else { outs };
+    let basis = if outs.is_empty() {
+        observations.iter().collect()
+    } else {
+        outs
+    };
     let reach = median(basis.iter().map(|o| o.leg.reach()).collect()).max(1e-3);
     let dwell = |o: &Observation| o.leg.bin().map_or(0.0, |bin| plain[DWELL + bin]);
     let ways = |o: &Observation| match o.leg.bin() {
         Some(_) if !matches!(o.leg, Leg::Back(..)) => 2.0,
         _ => 1.0,
     };
-    let time = median(basis.iter().map(|o| (o.time - dwell(o)) / ways(o)).collect());
-    let time = time.max(0.1 * median(basis.iter().map(|o| o.time).collect())).max(1e-4);
+    let time = median(
+        basis
+            .iter()
+            .map(|o| (o.time - dwell(o)) / ways(o))
+            .collect(),
+    );
+    let time = time
+        .max(0.1 * median(basis.iter().map(|o| o.time).collect()))
+        .max(1e-4);
     let mut starts = Vec::new();
     let lifts = [prior.parameters[LIFT], 0.2 * reach];
     for &lift in &lifts[..if has_lift { 2 } else { 1 }] {

@@ -101,7 +101,11 @@ fn move_time(parameters: &[f64], length: f64) -> MoveTime {
         time,
         by_slowness: 0.0,
         by_ramp: 0.5 * time / c,
-        by_length: if length > 0.0 { 0.5 * time / length } else { 0.0 },
+        by_length: if length > 0.0 {
+            0.5 * time / length
+        } else {
+            0.0
+        },
         cruises: false,
     }
 }
@@ -177,7 +181,11 @@ fn chase(parameters: &[f64], item: &Encounter, slopes: &mut [f64]) -> (f64, f64)
     let along = item.dx + item.belt_speed * tau;
     let way = distance(along, item.dy);
     let part = move_time(parameters, way + parameters[LIFT]);
-    let approach = if way > 0.0 { item.belt_speed * along / way } else { 0.0 };
+    let approach = if way > 0.0 {
+        item.belt_speed * along / way
+    } else {
+        0.0
+    };
     // From T(l(tau), p) = tau.
     let gain = 1.0 / (1.0 - part.by_length * approach).max(0.05);
     slopes[SLOWNESS] += gain * part.by_slowness;

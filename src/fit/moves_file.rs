@@ -115,16 +115,28 @@ fn read_move(
     };
     let mut points = [None; 3];
     for (point, x) in points.iter_mut().zip(PLACES) {
-        *point = number(x)?.zip(number(x + 1)?).map(|(x, y)| Point2::new(x, y));
+        *point = number(x)?
+            .zip(number(x + 1)?)
+            .map(|(x, y)| Point2::new(x, y));
     }
     let [depart, grasp, release] = [number(5)?, number(6)?, number(9)?];
     let [Some(from), Some(meet), bin] = points else {
         let missing = if points[0].is_none() { 1 } else { 3 };
         let place = columns.place_of(file, missing);
-        return Err(Error::input(place, "the place is not complete", "give x and y in metres"));
+        return Err(Error::input(
+            place,
+            "the place is not complete",
+            "give x and y in metres",
+        ));
     };
-    let known = [(depart, "depart_s"), (grasp, "grasp_s"), (release, "release_s")];
-    let known = known.into_iter().filter_map(|(time, name)| Some((time?, name)));
+    let known = [
+        (depart, "depart_s"),
+        (grasp, "grasp_s"),
+        (release, "release_s"),
+    ];
+    let known = known
+        .into_iter()
+        .filter_map(|(time, name)| Some((time?, name)));
     for pair in known.collect::<Vec<_>>().windows(2) {
         let [(earlier, first), (later, second)] = [pair[0], pair[1]];
         if later < earlier {

@@ -5,9 +5,7 @@ use crate::setters::setters;
 use strum::VariantArray as _;
 
 /// Which law is fitted.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, Default, strum::IntoStaticStr, strum::VariantArray,
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, strum::IntoStaticStr, strum::VariantArray)]
 #[strum(serialize_all = "snake_case")]
 pub enum FitLaw {
     /// The simplest that fits: constant speed, acceleration, or a table.
@@ -80,7 +78,10 @@ impl FitOptions {
     /// # Errors
     /// A lift or a number of resamples out of range.
     pub fn check(&self) -> Result<()> {
-        if let Some(lift) = self.lift.filter(|lift| !(0.0..=HIGHEST_LIFT).contains(lift)) {
+        if let Some(lift) = self
+            .lift
+            .filter(|lift| !(0.0..=HIGHEST_LIFT).contains(lift))
+        {
             return Err(Error::usage(
                 "'lift'",
                 format!("{} m is not a valid lift", shown_number(lift)),

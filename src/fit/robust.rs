@@ -76,9 +76,7 @@ impl Task<'_> {
             let scale = scale_of(&self.residuals(start));
             self.descend(start, scale, Loss::Huber).parameters
         });
-        let quality = |at: &Parameters| {
-            self.residuals(at).iter().map(|r| r.abs()).sum::<f64>()
-        };
+        let quality = |at: &Parameters| self.residuals(at).iter().map(|r| r.abs()).sum::<f64>();
         let rough = rough.filter(|at| quality(at).is_finite());
         let mut best = rough.min_by(|a, b| quality(a).total_cmp(&quality(b)))?;
         for _ in 0..2 {
@@ -144,7 +142,7 @@ impl Task<'_> {
     fn descend(&self, start: &[f64], scale: f64, loss: Loss) -> Estimate {
         let mut at = start.to_vec();
         let mut value = self.loss(&at, scale, loss);
-        let mut damping = 1e-3;
+        let mut damping = 1e-6;
         for _ in 0..MOST_STEPS {
             let (matrix, vector) = self.normal_equations(&at, scale, loss);
             let mut moved = None;

@@ -44,7 +44,11 @@ fn one_way(observation: &Observation) -> Option<(f64, Option<usize>)> {
 impl Groups {
     /// Groups of equally many ways; `None` if there are too few.
     pub(super) fn of(observations: &[Observation]) -> Option<Self> {
-        let mut ways: Vec<f64> = observations.iter().filter_map(one_way).map(|w| w.0).collect();
+        let mut ways: Vec<f64> = observations
+            .iter()
+            .filter_map(one_way)
+            .map(|w| w.0)
+            .collect();
         ways.sort_unstable_by(f64::total_cmp);
         let count = (ways.len() / LEAST_GROUP).min(MOST_GROUPS);
         if count < LEAST_GROUPS {
@@ -139,7 +143,10 @@ impl Groups {
             .map(|(ways, values)| (ways.len() as f64, median(ways), median(values).max(0.0)))
             .collect();
         let levels = monotone(groups.iter().map(|group| (group.0, group.2)));
-        let points = groups.iter().zip(levels).map(|(group, level)| (group.1, level));
+        let points = groups
+            .iter()
+            .zip(levels)
+            .map(|(group, level)| (group.1, level));
         let mut points: Vec<(f64, f64)> = points.collect();
         points.dedup_by(|next, point| next.0 <= point.0);
         let slope = match points.as_slice() {
@@ -210,7 +217,9 @@ fn monotone(weighted: impl Iterator<Item = (f64, f64)>) -> Vec<f64> {
         }
     }
     let levels = blocks.iter();
-    levels.flat_map(|&(_, value, count)| std::iter::repeat_n(value, count)).collect()
+    levels
+        .flat_map(|&(_, value, count)| std::iter::repeat_n(value, count))
+        .collect()
 }
 
 #[cfg(test)]
@@ -224,6 +233,11 @@ mod tests {
         // 3 and 2 by 1:3, then 4 and 0 with them: (2.25 * 4 + 4 + 0) / 6.
         let pooled = (2.25 * 4.0 + 4.0) / 6.0;
         assert_eq!(found[0], 1.0);
-        assert!(found[1..].iter().all(|value| (value - pooled).abs() < 1e-12), "{found:?}");
+        assert!(
+            found[1..]
+                .iter()
+                .all(|value| (value - pooled).abs() < 1e-12),
+            "{found:?}"
+        );
     }
 }

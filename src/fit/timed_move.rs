@@ -73,7 +73,9 @@ impl TimedMove {
     /// Its measured times; `row` is its index among the moves of `robot`.
     pub(super) fn observations(&self, robot: &Robot, row: usize) -> Vec<Observation> {
         let out = nalgebra::distance(&self.from, &self.meet);
-        let home = self.bin.map(|at| (nalgebra::distance(&self.meet, &at), nearest_bin(robot, at)));
+        let home = self
+            .bin
+            .map(|at| (nalgebra::distance(&self.meet, &at), nearest_bin(robot, at)));
         let mut list = Vec::new();
         let mut push = |leg: Leg, begin: Option<f64>, end: Option<f64>| {
             if let Some((begin, end)) = begin.zip(end) {
@@ -136,7 +138,10 @@ pub(super) fn check_units(moves: &[TimedMove]) -> Result<()> {
     if way > LONGEST_WAY {
         return Err(Error::input(
             "moves",
-            format!("half of the ways to an item are longer than {} m", rounded(way, 3)),
+            format!(
+                "half of the ways to an item are longer than {} m",
+                rounded(way, 3)
+            ),
             "give metres; if these are millimetres, name the columns from_x_mm, from_y_mm and so on",
         ));
     }

@@ -28,7 +28,10 @@ pub(crate) fn robot_called(text: &str, station: &Station) -> Result<usize, NoSuc
             problem: format!("there is no robot `{}`", shown(text)),
             cure: match (number, meant) {
                 (Some(_), _) => {
-                    format!("robots are counted from 1 to {}, upstream first", robots.len())
+                    format!(
+                        "robots are counted from 1 to {}, upstream first",
+                        robots.len()
+                    )
                 }
                 (None, Some(_)) => known_names(text, &names),
                 (None, None) => format!("known: {}", names.join(", ")),

@@ -64,7 +64,10 @@ impl FitArgs {
             .with_force(self.force)
             .check(
                 &[("--station", station), ("the moves", Some(&self.moves))],
-                &[("--out", self.out.as_deref()), ("--svg", self.svg.as_deref())],
+                &[
+                    ("--out", self.out.as_deref()),
+                    ("--svg", self.svg.as_deref()),
+                ],
             )?;
         Ok(FitPlan {
             source: self.read()?,
@@ -125,7 +128,10 @@ impl FitArgs {
             None => {
                 let text = &reader.heading.station;
                 let station = parse(text, "its station", Overrides::default());
-                (station.map_err(|error| error.inside(&name))?, format!("that of {name}"))
+                (
+                    station.map_err(|error| error.inside(&name))?,
+                    format!("that of {name}"),
+                )
             }
         };
         let read = read_recorded_moves(&mut reader, &station)?;

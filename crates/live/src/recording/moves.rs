@@ -5,7 +5,9 @@
 //! moved on until then.
 
 use super::{RecordingEntry, RecordingReader};
-use crate::protocol::{Incoming, Outgoing, ResultMessage, RobotState, Task, Verdict, decode_outgoing};
+use crate::protocol::{
+    Incoming, Outgoing, ResultMessage, RobotState, Task, Verdict, decode_outgoing,
+};
 use nalgebra::Point2;
 use pickline::error::Result;
 use pickline::fit::{Chased, TimedMove};
@@ -55,7 +57,10 @@ pub fn read_recorded_moves(
 ) -> Result<RecordedMoves> {
     // After a restart the arms may be anywhere.
     let is_fresh = reader.state.is_none();
-    let rests = station.robots().iter().map(|robot| is_fresh.then_some(robot.rest));
+    let rests = station
+        .robots()
+        .iter()
+        .map(|robot| is_fresh.then_some(robot.rest));
     let mut making = MovesInMaking {
         station,
         belt_speed: station.belt().speed,
@@ -160,7 +165,9 @@ fn recorded_move(
 ) -> TimedMove {
     let task = &open.task;
     // A robot that hears of a task too late leaves when it acknowledges it.
-    let depart = open.acknowledged.map_or(task.start, |stamp| stamp.max(task.start));
+    let depart = open
+        .acknowledged
+        .map_or(task.start, |stamp| stamp.max(task.start));
     let x = task.meet.x - belt.belt_speed * (task.meet_at - depart);
     let mut row = TimedMove::new(robot, task.id, from, Point2::new(x, task.meet.y));
     row.depart = Some(depart);

@@ -41,9 +41,10 @@ fn residuals(report: &FitReport) -> Option<Chart> {
 fn times(report: &FitReport) -> Option<Chart> {
     let mut chart = scattered(report, "recorded time [s]", |r| Some(r.time_s));
     chart.title = "Recorded times".into();
-    chart.caption = "Each point is a recorded time, by the length of its way in the plane; ways to \
+    chart.caption =
+        "Each point is a recorded time, by the length of its way in the plane; ways to \
                      the bin include grasp and release."
-        .into();
+            .into();
     note_outliers(report, &mut chart);
     Some(chart)
 }
@@ -75,11 +76,15 @@ fn scattered(
     };
     let series: Vec<Vec<ChartPoint>> = report.robots.iter().map(points).collect();
     let all = || series.iter().flatten();
-    let legend = report.robots.iter().enumerate().map(|(i, robot)| LegendLine {
-        label: robot.name.clone(),
-        ink: Ink::Series(i),
-        swatch: Swatch::Dot,
-    });
+    let legend = report
+        .robots
+        .iter()
+        .enumerate()
+        .map(|(i, robot)| LegendLine {
+            label: robot.name.clone(),
+            ink: Ink::Series(i),
+            swatch: Swatch::Dot,
+        });
     Chart {
         title: String::new(),
         caption: String::new(),

@@ -28,7 +28,9 @@ pub(super) fn csv(report: &FitReport) -> String {
             length_m: None,
             value: parameter.value.map(Displayed),
             low: parameter.interval.map(|interval| Displayed(interval.low)),
-            high: parameter.interval.and_then(|interval| interval.high.map(Displayed)),
+            high: parameter
+                .interval
+                .and_then(|interval| interval.high.map(Displayed)),
             remark: &parameter.remark,
         });
         let table = robot.table.iter().map(|point| ParameterRow {
@@ -39,7 +41,9 @@ pub(super) fn csv(report: &FitReport) -> String {
             length_m: Some(Displayed(point.length_m)),
             value: Some(Displayed(point.time_s)),
             low: point.interval.map(|interval| Displayed(interval.low)),
-            high: point.interval.and_then(|interval| interval.high.map(Displayed)),
+            high: point
+                .interval
+                .and_then(|interval| interval.high.map(Displayed)),
             remark: "",
         });
         parameters.chain(table)

@@ -119,7 +119,9 @@ impl FitReport {
         let without_moves = without.map(|(index, _)| name(index)).collect();
         let arms = arms.filter_map(|(index, arm)| Some((name(index), arm.as_ref()?)));
         Self {
-            robots: arms.map(|(name, arm)| ArmFitReport::new(name, arm)).collect(),
+            robots: arms
+                .map(|(name, arm)| ArmFitReport::new(name, arm))
+                .collect(),
             without_moves,
             unused: 0,
             ignored_columns: Vec::new(),

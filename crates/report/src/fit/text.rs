@@ -16,7 +16,9 @@ pub(super) fn text(report: &FitReport) -> String {
         .with("moves", |robot| robot.moves.to_string())
         .with("times", |robot| robot.times.to_string())
         .with("outliers", |robot| robot.outliers.to_string())
-        .with("error, median [ms]", |robot| milliseconds(robot.error.median_s))
+        .with("error, median [ms]", |robot| {
+            milliseconds(robot.error.median_s)
+        })
         .with("95 % [ms]", |robot| milliseconds(robot.error.p95_s))
         .table(&report.robots);
     let parameters = report.robots.iter().flat_map(|robot| {
@@ -25,9 +27,13 @@ pub(super) fn text(report: &FitReport) -> String {
     });
     let parameters: Vec<(&str, &ParameterReport)> = parameters.collect();
     let parameters = TableColumns::new()
-        .with("<robot", |(robot, _): &&(&str, &ParameterReport)| (*robot).to_owned())
+        .with("<robot", |(robot, _): &&(&str, &ParameterReport)| {
+            (*robot).to_owned()
+        })
         .with("<parameter", |(_, p)| p.name.clone())
-        .with("value", |(_, p)| p.value.map_or("-".into(), |v| rounded(v, DIGITS)))
+        .with("value", |(_, p)| {
+            p.value.map_or("-".into(), |v| rounded(v, DIGITS))
+        })
         .with("<95 % interval", |(_, p)| interval(p.interval))
         .with("<unit", |(_, p)| p.unit.to_owned())
         .with("<remark", |(_, p)| p.remark.clone())
@@ -79,7 +85,10 @@ fn table_text(robot: &ArmFitReport) -> String {
 fn source_lines(report: &FitReport) -> String {
     let mut lines = String::new();
     if report.unused > 0 {
-        lines += &format!("unused    {} without what a move needs\n", counted(report.unused, "row"));
+        lines += &format!(
+            "unused    {} without what a move needs\n",
+            counted(report.unused, "row")
+        );
     }
     if !report.ignored_columns.is_empty() {
         lines += &format!("ignored   columns {}\n", report.ignored_columns.join(", "));
