@@ -57,7 +57,7 @@ fn a_recording_tells_how_the_arms_really_move() {
     let path = folder.path();
     let planned = built_in("delta").unwrap().station(None).unwrap();
     std::fs::write(path.join("planned.toml"), to_toml(&planned)).unwrap();
-    let pattern = grid(planned.belt().width, 0.1, 400).unwrap();
+    let pattern = grid(planned.belt().width, 0.1, 1000).unwrap();
     let faults = InjectedFaults::default()
         .with_grasp_failures(0.1)
         .with_time_noise(0.002)
@@ -72,7 +72,7 @@ fn a_recording_tells_how_the_arms_really_move() {
     let report: Value = serde_json::from_str(&printed(path, fit, "")).unwrap();
     let robots = report["robots"].as_array().unwrap();
     assert_eq!(robots.len(), 3);
-    let mut inside = 0;
+    let (mut told, mut inside) = (0, 0);
     for robot in robots {
         assert_eq!(robot["law"], "trapezoid", "{robot}");
         assert!(robot["moves"].as_u64().unwrap() > 60, "{}", robot["moves"]);
@@ -98,13 +98,20 @@ fn a_recording_tells_how_the_arms_really_move() {
         ] {
             let parameter = parameters.iter().find(|p| p["name"] == name).unwrap();
             let interval = &parameter["interval"];
-            let low = interval["low"].as_f64().unwrap();
+            // What few moves do not determine has none.
+            let Some(low) = interval["low"].as_f64() else {
+                continue;
+            };
+            told += 1;
             let high = interval["high"].as_f64().unwrap_or(f64::INFINITY);
             inside += usize::from((low..=high).contains(&truth));
         }
     }
-    // Of fifteen 95 % intervals.
-    assert!(inside >= 13, "{inside}: {report}");
+    // Of at most fifteen 95 % intervals.
+    assert!(
+        told >= 10 && inside + 2 >= told,
+        "{inside} of {told}: {report}"
+    );
     let text = std::fs::read_to_string(path.join("fitted.toml")).unwrap();
     let fitted = parse(&text, "fitted", Overrides::default()).unwrap();
     for robot in fitted.robots() {
