@@ -66,7 +66,7 @@ pub(super) fn resampled<T: Send>(
 
 /// The 95 % interval of `values`, which may be infinite, around the estimate `centre`: percentiles,
 /// corrected for the share of resamples below the estimate (bias-corrected: Efron 1981, DOI
-/// 10.2307/3314608), and wider by what a sample of `rows` rows with this number of free parameters is
+/// 10.2307/3314608), not narrower than the normal interval, and wider by what a sample of `rows` rows with this number of free parameters is
 /// too narrow.
 pub(super) fn percentile_interval(
     mut values: Vec<f64>,
@@ -91,9 +91,21 @@ pub(super) fn percentile_interval(
         let corrected = Normal::standard().cdf(Normal::standard().inverse_cdf(share) + shift);
         centre + wider * (quantile(&values, corrected) - centre)
     };
-    let high = end(1.0 - tail);
+    // With few resamples percentiles are rough: the interval also has what the standard deviation of
+    // the resamples says.
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let squares = values.iter().map(|value| (value - mean).powi(2));
+    let deviation = (squares.sum::<f64>() / values.len() as f64).sqrt();
+    let half = wider * normal * deviation;
+    let [low, high] = match half.is_finite() {
+        true => [
+            end(tail).min(centre - half),
+            end(1.0 - tail).max(centre + half),
+        ],
+        false => [end(tail), end(1.0 - tail)],
+    };
     Some(HalfOpen {
-        low: end(tail).max(0.0),
+        low: low.max(0.0),
         high: high.is_finite().then_some(high),
     })
 }

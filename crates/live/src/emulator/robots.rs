@@ -345,9 +345,17 @@ fn move_out(
     });
     let off = |way| line.faults.time_off(way, task.id);
     let travel = (travel + off(FaultDraw::WayOut)).max(0.0);
-    let x = x + belt.speed * travel;
     let (base, y) = (robot.base, task.meet.y);
     let range = meeting_range(base.x, base.y, robot.reach, y, belt.length);
+    // One that is earlier than planned waits where the item comes into its reach.
+    let travel = match range.filter(|_| line.differs()) {
+        Some((low, _)) => travel.max((low - x) / belt.speed),
+        None => travel,
+    };
+    let x = match range.filter(|_| line.differs()) {
+        Some((low, _)) => (x + belt.speed * travel).max(low),
+        None => x + belt.speed * travel,
+    };
     let back = robot
         .arm
         .time(distance(x - task.bin.x, task.meet.y - task.bin.y));
