@@ -348,14 +348,11 @@ fn move_out(
     let (base, y) = (robot.base, task.meet.y);
     let range = meeting_range(base.x, base.y, robot.reach, y, belt.length);
     // One that is earlier than planned waits where the item comes into its reach.
-    let travel = match range.filter(|_| line.differs()) {
-        Some((low, _)) => travel.max((low - x) / belt.speed),
-        None => travel,
-    };
-    let x = match range.filter(|_| line.differs()) {
-        Some((low, _)) => (x + belt.speed * travel).max(low),
-        None => x + belt.speed * travel,
-    };
+    let edge = range.filter(|_| line.differs()).map(|(low, _)| low);
+    let travel = edge.map_or(travel, |low| travel.max((low - x) / belt.speed));
+    let x = x + belt.speed * travel;
+    // Rounding does not put it back out of reach.
+    let x = edge.map_or(x, |low| x.max(low));
     let back = robot
         .arm
         .time(distance(x - task.bin.x, task.meet.y - task.bin.y));

@@ -80,17 +80,14 @@ pub fn read_recorded_moves(
 
 impl MovesInMaking<'_> {
     fn say(&mut self, line: &str) {
-        match decode_outgoing(line.as_bytes()) {
-            Ok(Outgoing::Task(task)) => {
-                let before = self.open.remove(&task.id);
-                let open = OpenTask {
-                    acknowledged: before.as_ref().and_then(|open| open.acknowledged),
-                    belt: before.map_or((self.belt_speed, self.belt_speed), |open| open.belt),
-                    task,
-                };
-                self.open.insert(open.task.id, open);
-            }
-            Ok(_) | Err(_) => {}
+        if let Ok(Outgoing::Task(task)) = decode_outgoing(line.as_bytes()) {
+            let before = self.open.remove(&task.id);
+            let open = OpenTask {
+                acknowledged: before.as_ref().and_then(|open| open.acknowledged),
+                belt: before.map_or((self.belt_speed, self.belt_speed), |open| open.belt),
+                task,
+            };
+            self.open.insert(open.task.id, open);
         }
     }
 
