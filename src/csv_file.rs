@@ -165,6 +165,11 @@ impl<'a> CsvFile<'a> {
         Ok(None)
     }
 
+    /// What messages call the file.
+    pub(crate) fn name(&self) -> &'a str {
+        self.name
+    }
+
     /// The line reached so far: that of the last row or of its error.
     pub(crate) fn line(&self) -> usize {
         self.line

@@ -1,10 +1,17 @@
 //! What is wrong with one attempt: the move, the meeting point, and the bin.
 
-use super::physics::{CheckedLine, bin_of, left_reason, move_time, slack_of};
+use super::physics::{CheckedLine, bin_of, left_reason, move_time, slack};
+use super::violation::{Problem, ViolationKind};
 use crate::decision::Pick;
+use crate::error::rounded;
 use crate::pattern::Item;
 use crate::station::{Bin, Robot};
 use nalgebra::Point2;
+
+/// A computed number with the digits that rounding leaves.
+pub(super) fn digits(value: f64) -> String {
+    rounded(value, 12)
+}
 
 /// One attempt, by a robot and at an item that exist.
 pub(super) struct Attempt<'a> {
@@ -17,113 +24,234 @@ pub(super) struct Attempt<'a> {
 }
 
 impl Attempt<'_> {
-    /// Tolerance for lengths [m].
-    fn tolerance(&self) -> f64 {
+    /// Allowance for rounding of lengths [m].
+    fn rounding(&self) -> f64 {
         let belt_speed = self.checked.station.belt().speed;
         let top_speed = self.robot.arm.law.top_speed().unwrap_or(belt_speed);
-        self.slack(self.pick.release) * (1.0 + belt_speed + top_speed)
+        slack(self.pick.release) * (1.0 + belt_speed + top_speed)
     }
 
-    fn slack(&self, size: f64) -> f64 {
-        slack_of(self.checked.tolerance, size)
+    /// Whether what takes this tolerance [s] to be accepted is not; nor is what is no number.
+    fn exceeds(&self, tolerance: f64) -> bool {
+        tolerance > self.checked.terms.tolerance || tolerance.is_nan()
     }
 
-    fn is_near(&self, a: f64, b: f64, tolerance: f64) -> bool {
-        (a - b).abs() <= tolerance + self.slack(a.max(b))
+    /// Deviation of two lengths [m] or times [s] beyond rounding; 0 if there is none.
+    fn gap(a: f64, b: f64, rounding: f64) -> f64 {
+        let (off, allowed) = ((a - b).abs(), rounding + slack(a.max(b)));
+        // Both may be infinite.
+        if off <= allowed { 0.0 } else { off - allowed }
     }
 
     /// Whether the item is to be picked, and goes into this bin.
-    fn check_bin(&self, problems: &mut Vec<String>) -> Option<&Bin> {
+    fn check_bin(&self, problems: &mut Vec<Problem>) -> Option<&Bin> {
         let (robot, pick) = (self.robot, self.pick);
         if let Some(reason) = left_reason(self.checked.station, self.item) {
-            problems.push(format!("the item is not to be picked: {}", reason.name()));
+            problems.push(Problem::of(
+                ViolationKind::Unwanted,
+                format!("the item is not to be picked: {}", reason.name()),
+            ));
         }
+        let wrong = |text: String| Problem::of(ViolationKind::Bin, text);
         let Some(bin) = robot.bins.get(usize::from(pick.bin)) else {
-            problems.push(format!("the robot has no bin {}", pick.bin));
+            problems.push(wrong(format!("the robot has no bin {}", pick.bin)));
             return None;
         };
         match bin_of(robot, self.item.class.as_deref()) {
             Some(right) if right == usize::from(pick.bin) => {}
             Some(right) => {
                 let right = &robot.bins[right].name;
-                problems.push(format!("the item goes into bin {right}, not {}", bin.name));
+                problems.push(wrong(format!(
+                    "the item goes into bin {right}, not {}",
+                    bin.name
+                )));
             }
-            None => problems.push("the robot has no bin for the item".into()),
+            None => problems.push(wrong("the robot has no bin for the item".into())),
         }
         Some(bin)
     }
 
     /// Whether the robot travels straight to the meeting point and to the bin, takes the right time,
     /// and stays within its reach and on the belt.
-    pub(super) fn check_way(&self, problems: &mut Vec<String>) {
-        let (robot, pick) = (self.robot, self.pick);
-        let belt = self.checked.station.belt();
+    pub(super) fn check_way(&self, problems: &mut Vec<Problem>) {
+        let pick = self.pick;
         let bin = self.check_bin(problems);
         let times = [pick.decide, pick.grasp, pick.release];
-        if !times.iter().all(|t| t.is_finite()) || pick.decide < 0.0 {
-            problems.push(format!("the times {times:?} are not possible in a run"));
+        let earliest = -self.checked.terms.tolerance;
+        if !times.iter().all(|t| t.is_finite()) || pick.decide < earliest {
+            problems.push(Problem::of(
+                ViolationKind::Times,
+                format!("the times {times:?} are not possible in a run"),
+            ));
             return;
         }
-        let tolerance = self.tolerance();
-        // A length that is off by the tolerance takes at most that much longer: T is less steep than
-        // 1 / v.
-        let in_time = tolerance / belt.speed;
-        let out = nalgebra::distance(&pick.meet, &self.from);
-        let travelled = match robot.arm.constant_speed() {
-            Some(speed) => self.is_near(out, speed * (pick.grasp - pick.decide), tolerance),
-            None => self.is_near(move_time(robot, out), pick.grasp - pick.decide, in_time),
-        };
-        if !travelled {
-            problems.push(format!(
-                "travelling {out} m does not take {} s, but {} s",
-                pick.grasp - pick.decide,
-                move_time(robot, out),
-            ));
-        }
+        self.check_travel(problems);
         if let Some(bin) = bin {
-            let back = nalgebra::distance(&pick.meet, &bin.at);
-            let home = pick.grasp + robot.grasp_time + move_time(robot, back) + bin.release_time;
-            let returned = match robot.arm.constant_speed() {
-                Some(_) => self.is_near(pick.release, home, tolerance),
-                None => self.is_near(pick.release, home, in_time),
-            };
-            if !returned {
-                problems.push(format!("it returns at {home} s, not {} s", pick.release));
-            }
+            self.check_return(bin, problems);
         }
-        let off_base = nalgebra::distance(&pick.meet, &robot.base);
-        if off_base > robot.reach + tolerance {
-            problems.push(format!(
-                "its meeting point is {off_base} m from the base, beyond its reach of {} m",
-                robot.reach
+        self.check_place(problems);
+    }
+
+    /// By how much each time and position must be allowed to be off [s], if the time of a move
+    /// differs by this length of its path [m], or by this time [s] unless the speed is constant.
+    /// Each of the move's two times can be off, and with the place of the item the time that the
+    /// move takes, by less than the belt moves meanwhile: T is less steep than 1 / v.
+    fn tolerance_for(&self, gap: f64) -> f64 {
+        gap / self.robot.arm.constant_speed().unwrap_or(1.0) / 3.0
+    }
+
+    fn check_travel(&self, problems: &mut Vec<Problem>) {
+        let (robot, pick) = (self.robot, self.pick);
+        let rounding = self.rounding();
+        let out = nalgebra::distance(&pick.meet, &self.from);
+        let taken = pick.grasp - pick.decide;
+        let gap = match robot.arm.constant_speed() {
+            Some(speed) => Self::gap(out, speed * taken, rounding),
+            None => Self::gap(move_time(robot, out), taken, self.in_time(rounding)),
+        };
+        let tolerance = self.tolerance_for(gap);
+        if self.exceeds(tolerance) {
+            problems.push(Problem::off(
+                ViolationKind::TravelTime,
+                tolerance,
+                format!(
+                    "travelling {} m does not take {} s, but {} s",
+                    digits(out),
+                    digits(taken),
+                    digits(move_time(robot, out)),
+                ),
             ));
+        }
+    }
+
+    fn check_return(&self, bin: &Bin, problems: &mut Vec<Problem>) {
+        let (robot, pick) = (self.robot, self.pick);
+        let rounding = self.rounding();
+        let back = nalgebra::distance(&pick.meet, &bin.at);
+        let home = pick.grasp + robot.grasp_time + move_time(robot, back) + bin.release_time;
+        let gap = match robot.arm.constant_speed() {
+            Some(_) => Self::gap(pick.release, home, rounding),
+            None => Self::gap(pick.release, home, self.in_time(rounding)),
+        };
+        let tolerance = gap / 3.0;
+        if self.exceeds(tolerance) {
+            problems.push(Problem::off(
+                ViolationKind::ReturnTime,
+                tolerance,
+                format!(
+                    "it returns at {} s, not {} s",
+                    digits(home),
+                    digits(pick.release)
+                ),
+            ));
+        }
+    }
+
+    /// The most that a path takes longer if it is longer by this [m]: T is less steep than 1 / v.
+    fn in_time(&self, length: f64) -> f64 {
+        length / self.checked.station.belt().speed
+    }
+
+    fn check_place(&self, problems: &mut Vec<Problem>) {
+        let (robot, pick) = (self.robot, self.pick);
+        let belt = self.checked.station.belt();
+        let rounding = self.rounding();
+        let off_base = nalgebra::distance(&pick.meet, &robot.base);
+        if off_base > robot.reach + rounding {
+            self.push_off(
+                ViolationKind::Reach,
+                off_base - robot.reach,
+                problems,
+                || {
+                    format!(
+                        "its meeting point is {} m from the base, beyond its reach of {} m",
+                        digits(off_base),
+                        robot.reach
+                    )
+                },
+            );
         }
         let x = pick.meet.x;
-        if x < -tolerance || x > belt.length + tolerance {
-            problems.push(format!("its meeting point at x = {x} m is off the belt"));
+        if x < -rounding || x > belt.length + rounding {
+            let off_belt = (-x).max(x - belt.length);
+            self.push_off(ViolationKind::OffBelt, off_belt, problems, || {
+                format!("its meeting point at x = {} m is off the belt", digits(x))
+            });
+        }
+    }
+
+    /// Reports a position that is off by `length` [m], more than rounding, unless it is as far as
+    /// the belt moves in the time by which times may be off.
+    fn push_off(
+        &self,
+        kind: ViolationKind,
+        length: f64,
+        problems: &mut Vec<Problem>,
+        text: impl FnOnce() -> String,
+    ) {
+        let tolerance = self.in_time(length);
+        if self.exceeds(tolerance) {
+            problems.push(Problem::off(kind, tolerance, text()));
         }
     }
 
     /// Whether the robot grasps where the item is.
-    pub(super) fn check_meeting(&self, problems: &mut Vec<String>) {
+    pub(super) fn check_meeting(&self, problems: &mut Vec<Problem>) {
         let (item, pick) = (self.item, self.pick);
         let at_grasp = item.x0 + self.checked.station.belt().speed * pick.grasp;
-        let tolerance = self.tolerance();
-        let near = |a: f64, b: f64| self.is_near(a, b, tolerance);
-        if !near(pick.meet.x, at_grasp) || !near(pick.meet.y, item.y) {
-            problems.push(format!(
-                "it grasps at ({}, {}) while the item is at ({at_grasp}, {})",
-                pick.meet.x, pick.meet.y, item.y
+        let rounding = self.rounding();
+        let off_x = Self::gap(pick.meet.x, at_grasp, rounding);
+        let off_y = Self::gap(pick.meet.y, item.y, rounding);
+        // Unlike `max`, this keeps what is no number.
+        let farther = if off_x >= off_y { off_x } else { off_y };
+        let off = if off_x.is_nan() { off_x } else { farther };
+        if self.exceeds(self.in_time(off)) {
+            problems.push(Problem::off(
+                ViolationKind::Meeting,
+                self.in_time(off),
+                format!(
+                    "it grasps at ({}, {}) while the item is at ({}, {})",
+                    digits(pick.meet.x),
+                    digits(pick.meet.y),
+                    digits(at_grasp),
+                    item.y
+                ),
             ));
         }
     }
 
+    /// Whether the item has passed the camera, and whether it is time for a decision, when the robot
+    /// leaves.
+    pub(super) fn check_conditions(&self, problems: &mut Vec<Problem>) {
+        let (terms, decide) = (self.checked.terms, self.pick.decide);
+        if let Some(camera) = terms.camera_x {
+            let seen = (camera - self.item.x0) / self.checked.station.belt().speed;
+            let early = seen - decide;
+            if early > slack(seen) + terms.tolerance {
+                let text = format!("the item passes the camera only at {} s", digits(seen));
+                problems.push(Problem::off(ViolationKind::Unseen, early, text));
+            }
+        }
+        if terms.update_hz > 0.0 {
+            let update = (decide * terms.update_hz).round() / terms.update_hz;
+            let off = (decide - update).abs();
+            if off > slack(decide) + terms.tolerance {
+                let text = format!(
+                    "it leaves at {} s, but the nearest update is at {} s",
+                    digits(decide),
+                    digits(update)
+                );
+                problems.push(Problem::off(ViolationKind::OffBeat, off, text));
+            }
+        }
+    }
+
     /// Whether an attempt that found nothing could have met the item at its true position.
-    pub(super) fn check_vanity(&self, problems: &mut Vec<String>) {
+    pub(super) fn check_vanity(&self, problems: &mut Vec<Problem>) {
         let Self {
             robot, item, pick, ..
         } = *self;
-        let (from, tolerance) = (self.from, self.tolerance());
+        let from = self.from;
         let belt = self.checked.station.belt();
         // The gripper gains on the item while it is on the belt, so what it lacks crosses zero at most
         // once; bisection finds where.
@@ -147,11 +275,14 @@ impl Attempt<'_> {
         let meet = position(high);
         let inside = robot.reach - nalgebra::distance(&meet, &robot.base);
         let inside = inside.min(meet.x).min(belt.length - meet.x);
-        if inside > tolerance {
-            problems.push(format!(
-                "it found nothing, but it could have met the item at ({}, {})",
-                meet.x, meet.y
-            ));
+        if inside > self.rounding() {
+            self.push_off(ViolationKind::Vain, inside, problems, || {
+                format!(
+                    "it found nothing, but it could have met the item at ({}, {})",
+                    digits(meet.x),
+                    digits(meet.y)
+                )
+            });
         }
     }
 }

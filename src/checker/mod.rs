@@ -6,53 +6,23 @@
 
 mod attempt;
 mod physics;
+mod picks_file;
+mod violation;
 
-use attempt::Attempt;
-use physics::{CheckedLine, bin_of, can_be_met, left_reason, slack_of, weight_of};
+pub use picks_file::{PicksFile, UnknownRow, read_picks};
+pub use violation::{Terms, Violation, ViolationKind};
+
+use attempt::{Attempt, digits};
+use physics::{CheckedLine, bin_of, can_be_met, left_reason, slack, weight_of};
+use violation::Problem;
 
 use crate::decision::{Failure, FailureCause, LeftReason, MissReason, Outcome, Pick, RobotFigures};
 use crate::error::{Error, Result, counted};
 use crate::pattern::Pattern;
 use crate::station::{Robot, Station};
 use nalgebra::Point2;
+use std::cmp::Ordering;
 use std::collections::HashSet;
-
-/// Largest deviation from the model [m or s] that is attributed to rounding, per unit of the times
-/// and lengths involved.
-const TOLERANCE: f64 = 1e-9;
-
-/// What contradicts the model.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Violation {
-    /// Index of the robot.
-    pub robot: usize,
-    /// Index of the item in its pattern.
-    pub item: u32,
-    /// When the robot left for the item [s].
-    pub time: f64,
-    /// What is wrong.
-    pub problem: String,
-}
-
-impl Violation {
-    fn of(pick: &Pick, problem: impl Into<String>) -> Self {
-        Self {
-            robot: pick.robot,
-            item: pick.item,
-            time: pick.decide,
-            problem: problem.into(),
-        }
-    }
-}
-
-impl From<Violation> for Error {
-    fn from(violation: Violation) -> Self {
-        Self::refuted(format!(
-            "robot {} picking item {} at t = {} s: {}",
-            violation.robot, violation.item, violation.time, violation.problem
-        ))
-    }
-}
 
 /// Who holds or held a claim on an item, and when the claim ends [s]; never for a picked item.
 type Claim = Option<(usize, f64)>;
@@ -72,7 +42,7 @@ pub fn check(station: &Station, pattern: &Pattern, outcome: &Outcome) -> Result<
     let checked = CheckedLine {
         station,
         pattern,
-        tolerance: TOLERANCE,
+        terms: Terms::default(),
     };
     check_downtimes(station, outcome)?;
     let mut first = None;
@@ -86,31 +56,55 @@ pub fn check(station: &Station, pattern: &Pattern, outcome: &Outcome) -> Result<
     check_figures(station, pattern, outcome)
 }
 
-/// All that is wrong with `picks`, which may come from any program, in order of decision and robot.
-/// `tolerance` [m or s, per unit of the times and lengths involved] is attributed to rounding.
+/// All that is wrong with `attempts`, which may come from any program, in order of decision and
+/// robot. Those that failed have a cause. Apart from `terms`, it is checked what [`check`] checks of
+/// each attempt.
 pub fn violations(
     station: &Station,
     pattern: &Pattern,
-    picks: &[Pick],
-    tolerance: f64,
+    attempts: &[(Pick, Option<FailureCause>)],
+    terms: Terms,
 ) -> Vec<Violation> {
     let checked = CheckedLine {
         station,
         pattern,
-        tolerance,
+        terms,
     };
-    let mut attempts: Vec<_> = picks.iter().map(|pick| (pick, None)).collect();
-    attempts.sort_by(|(a, _), (b, _)| a.decide.total_cmp(&b.decide).then(a.robot.cmp(&b.robot)));
+    let attempts = attempts.iter().enumerate();
+    let attempts = attempts.map(|(index, (pick, cause))| Listed {
+        index,
+        pick,
+        cause: *cause,
+    });
+    let mut attempts: Vec<Listed> = attempts.collect();
+    attempts.sort_by(Listed::order);
     let mut list = Vec::new();
     follow(&checked, &attempts, &mut |violation| list.push(violation));
     list
 }
 
-/// Calls `report` for everything that is wrong with `attempts`, which are in order of decision;
-/// those that failed have a cause. Returns the last claim on each item.
+/// An attempt and its index in the list that is checked.
+#[derive(Clone, Copy)]
+struct Listed<'a> {
+    index: usize,
+    pick: &'a Pick,
+    /// Why it failed, if it did.
+    cause: Option<FailureCause>,
+}
+
+impl Listed<'_> {
+    /// By decision, then by robot.
+    fn order(&self, other: &Self) -> Ordering {
+        let times = self.pick.decide.total_cmp(&other.pick.decide);
+        times.then(self.pick.robot.cmp(&other.pick.robot))
+    }
+}
+
+/// Calls `report` for everything that is wrong with `attempts`, which are in order of decision.
+/// Returns the last claim on each item.
 fn follow(
     checked: &CheckedLine,
-    attempts: &[(&Pick, Option<FailureCause>)],
+    attempts: &[Listed],
     report: &mut dyn FnMut(Violation),
 ) -> Vec<Claim> {
     let robots = checked.station.robots();
@@ -118,12 +112,13 @@ fn follow(
     let mut places: Vec<Point2<f64>> = robots.iter().map(|robot| robot.rest).collect();
     let mut claims: Vec<Claim> = vec![None; checked.pattern.len()];
     let mut problems = Vec::new();
-    for &(pick, cause) in attempts {
+    for &Listed { index, pick, cause } in attempts {
         let (Some(robot), Some(item)) = (
             robots.get(pick.robot),
             checked.pattern.items().get(pick.item as usize),
         ) else {
-            report(Violation::of(pick, "there is no such robot or item"));
+            let problem = Problem::of(ViolationKind::Unknown, "there is no such robot or item");
+            report(problem.in_pick(index, pick));
             continue;
         };
         let attempt = Attempt {
@@ -133,17 +128,7 @@ fn follow(
             pick,
             from: places[pick.robot],
         };
-        attempt.check_way(&mut problems);
-        if cause == Some(FailureCause::OutOfReach) {
-            if problems.is_empty() {
-                attempt.check_vanity(&mut problems);
-            }
-        } else {
-            attempt.check_meeting(&mut problems);
-        }
-        if cause == Some(FailureCause::Grasp) && item.p_grasp == Some(1.0) {
-            problems.push("no grasp of this item fails".into());
-        }
+        check_attempt(&attempt, cause, &mut problems);
         if let Some(bin) = robot.bins.get(usize::from(pick.bin)) {
             places[pick.robot] = bin.at;
         }
@@ -151,46 +136,81 @@ fn follow(
             Some(_) => pick.grasp + robot.grasp_time,
             None => f64::INFINITY,
         };
-        let slack = slack_of(checked.tolerance, pick.decide);
         let claim = claims[pick.item as usize].replace((pick.robot, ends));
-        if let Some((other, until)) = claim
-            && pick.decide < until - slack
-        {
-            problems.push(format!("the item was already claimed by robot {other}"));
+        if let Some((other, until)) = claim {
+            let text = format!(
+                "the item was already claimed by robot `{}`",
+                robots[other].name
+            );
+            problems.extend(too_early(
+                checked,
+                pick,
+                until,
+                ViolationKind::Claimed,
+                text,
+            ));
         }
         let free = free_at[pick.robot];
-        if pick.decide < free - slack {
-            problems.push(format!("the robot is busy until {free} s"));
-        }
+        let text = format!("the robot is busy until {} s", digits(free));
+        problems.extend(too_early(checked, pick, free, ViolationKind::Busy, text));
         free_at[pick.robot] = pick.release;
         for problem in problems.drain(..) {
-            report(Violation::of(pick, problem));
+            report(problem.in_pick(index, pick));
         }
     }
     claims
 }
 
-/// Picks and failed attempts, the latter with their cause, in order of decision.
-fn attempts(outcome: &Outcome) -> Result<Vec<(&Pick, Option<FailureCause>)>> {
-    let order = |a: &Pick, b: &Pick| a.decide.total_cmp(&b.decide).then(a.robot.cmp(&b.robot));
-    let picks: Vec<_> = outcome.picks.iter().map(|pick| (pick, None)).collect();
-    let failures = outcome.failures.iter();
-    let failures: Vec<_> = failures.map(|f| (&f.attempt, Some(f.cause))).collect();
-    for list in [&picks, &failures] {
-        let late = |pair: &&[(&Pick, _)]| order(pair[0].0, pair[1].0).is_gt();
-        if let Some(pair) = list.windows(2).find(late) {
-            let problem = "attempts are not in order of decision, then robot";
-            return Err(Violation::of(pair[1].0, problem).into());
+/// What is wrong with an attempt by itself.
+fn check_attempt(attempt: &Attempt, cause: Option<FailureCause>, problems: &mut Vec<Problem>) {
+    attempt.check_way(problems);
+    if cause == Some(FailureCause::OutOfReach) {
+        if problems.is_empty() {
+            attempt.check_vanity(problems);
         }
+    } else {
+        attempt.check_meeting(problems);
     }
-    let mut all = [picks, failures].concat();
-    all.sort_by(|a, b| order(a.0, b.0));
-    Ok(all)
+    attempt.check_conditions(problems);
+    if cause == Some(FailureCause::Grasp) && attempt.item.p_grasp == Some(1.0) {
+        let text = "no grasp of this item fails";
+        problems.push(Problem::of(ViolationKind::SureGrasp, text));
+    }
 }
 
-/// Allowance for rounding of a time or length of this size [m or s].
-fn slack(size: f64) -> f64 {
-    slack_of(TOLERANCE, size)
+/// The problem that a robot leaves before `until` [s], if it does. Both times may be off.
+fn too_early(
+    checked: &CheckedLine,
+    pick: &Pick,
+    until: f64,
+    kind: ViolationKind,
+    text: String,
+) -> Option<Problem> {
+    let early = until - slack(pick.decide) - pick.decide;
+    let tolerance = 0.5 * early;
+    (tolerance > checked.terms.tolerance).then(|| Problem::off(kind, tolerance, text))
+}
+
+/// Picks and failed attempts, the latter with their cause, in order of decision.
+fn attempts(outcome: &Outcome) -> Result<Vec<Listed<'_>>> {
+    let picks = outcome.picks.iter().map(|pick| (pick, None));
+    let failures = outcome.failures.iter();
+    let failures = failures.map(|f| (&f.attempt, Some(f.cause)));
+    let all = picks.chain(failures).enumerate();
+    let mut all: Vec<_> = all
+        .map(|(index, (pick, cause))| Listed { index, pick, cause })
+        .collect();
+    let (picks, failures) = all.split_at(outcome.picks.len());
+    for list in [picks, failures] {
+        let late = |pair: &&[Listed]| pair[0].order(&pair[1]).is_gt();
+        if let Some(pair) = list.windows(2).find(late) {
+            let text = "attempts are not in order of decision, then robot";
+            let problem = Problem::of(ViolationKind::Times, text);
+            return Err(problem.in_pick(pair[1].index, pair[1].pick).into());
+        }
+    }
+    all.sort_by(Listed::order);
+    Ok(all)
 }
 
 /// Checks that the times in which robots were down are possible, and that no robot decided then.

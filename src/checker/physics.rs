@@ -1,6 +1,7 @@
 //! The model's definitions, written down apart from the engines: bins, travel times, and what can be
 //! met.
 
+use super::violation::Terms;
 use crate::decision::LeftReason;
 use crate::kinematics::TravelLaw;
 use crate::pattern::{Item, Pattern};
@@ -11,14 +12,17 @@ use nalgebra::Point2;
 pub(super) struct CheckedLine<'a> {
     pub station: &'a Station,
     pub pattern: &'a Pattern,
-    /// Deviation from the model [m or s] that is attributed to rounding, per unit of the times and
-    /// lengths involved.
-    pub tolerance: f64,
+    /// What the run is judged by, besides the model.
+    pub terms: Terms,
 }
 
+/// Largest deviation from the model [m or s] that is attributed to rounding, per unit of the times
+/// and lengths involved.
+const TOLERANCE: f64 = 1e-9;
+
 /// Allowance for rounding of a time or length of this size [m or s].
-pub(super) fn slack_of(tolerance: f64, size: f64) -> f64 {
-    tolerance * (1.0 + size.abs())
+pub(super) fn slack(size: f64) -> f64 {
+    TOLERANCE * (1.0 + size.abs())
 }
 
 /// The bin that the model gives items of this class, by its definition.

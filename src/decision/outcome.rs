@@ -38,6 +38,12 @@ impl FailureCause {
     pub fn name(self) -> &'static str {
         self.into()
     }
+
+    /// The cause with this name, if there is one.
+    pub fn named(name: &str) -> Option<Self> {
+        let mut causes = [Self::Grasp, Self::OutOfReach].into_iter();
+        causes.find(|cause| cause.name() == name)
+    }
 }
 
 /// A failed attempt, after which the item stayed on the belt.

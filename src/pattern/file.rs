@@ -1,26 +1,34 @@
 //! The pattern file: CSV with a header and one item per line.
 
 use super::item::{Item, Pattern};
+use crate::csv_columns::{Columns, KnownColumns, metres, resembles};
 use crate::csv_file::CsvFile;
-use crate::error::{Error, Result, known_names, nearest, shown};
+use crate::error::{Error, Result, shown};
 use std::path::Path;
 
-const REQUIRED: [&str; 3] = ["id", "x", "y"];
-const COLUMNS: [&str; 9] = [
-    "id",
-    "x",
-    "y",
-    "area_cm2",
-    "p_detection",
-    "p_grasp",
-    "weight",
-    "class",
-    TRUE_CLASS,
-];
+/// The columns of a pattern file.
+const KNOWN: KnownColumns = KnownColumns {
+    names: &[
+        "id",
+        "x",
+        "y",
+        "area_cm2",
+        "p_detection",
+        "p_grasp",
+        "weight",
+        "class",
+        TRUE_CLASS,
+    ],
+    required: 3,
+    find: known_column,
+    is_misspelt,
+    beginning: "start it with the header `id,x,y`; `pickline pattern generate` writes one",
+    needs: "the header needs id, x [m] and y [m]",
+};
 
 /// The column with what an item truly is.
 const TRUE_CLASS: &str = "true_class";
-/// Index of the area in [`COLUMNS`].
+/// Index of the area in [`KNOWN`].
 const AREA: usize = 3;
 
 /// A pattern and the columns of its file that were ignored.
@@ -70,8 +78,7 @@ pub fn parse(text: &str, name: &str) -> Result<Pattern> {
 /// is similar to a known one is an error.
 pub fn read(text: &str, name: &str) -> Result<Loaded> {
     let mut file = CsvFile::new(text, name);
-    let header = file.header();
-    let columns = header.and_then(|(header, line)| read_header(&header, name, line));
+    let columns = Columns::of(&mut file, &KNOWN);
     // A tracker's file may have columns with the names of pattern columns but other meanings.
     if let Some(form) = super::tracking::recognised(text) {
         return Err(Error::input(
@@ -80,8 +87,8 @@ pub fn read(text: &str, name: &str) -> Result<Loaded> {
             "convert it to a pattern with `pickline pattern import tracks`",
         ));
     }
-    let (columns, ignored) = columns?;
-    let [x, y] = [1, 2].map(|column| columns[column].map_or(0, |(place, _)| place));
+    let columns = columns?;
+    let [x, y] = [1, 2].map(|column| columns.place(column).unwrap_or(0));
     let is_item = |file: &mut CsvFile, fields: &[&str]| {
         [x, y]
             .iter()
@@ -98,33 +105,28 @@ pub fn read(text: &str, name: &str) -> Result<Loaded> {
     let mut lines = Vec::new();
     let mut record = csv::StringRecord::new();
     while let Some(line) = file.next(&mut record)? {
-        items.push(read_item(&mut file, &record, &columns, name, line)?);
+        items.push(read_item(&mut file, &record, &columns)?);
         lines.push(line);
     }
     let pattern = Pattern::checked(items, name, &|i| format!("{name}:{}", lines[i]))?;
-    Ok(Loaded { pattern, ignored })
+    Ok(Loaded {
+        pattern,
+        ignored: columns.ignored,
+    })
 }
-
-/// For each known column, its index in this file and the factor to our unit.
-type Columns = [Option<(usize, f64)>; COLUMNS.len()];
 
 /// The known column called `name`, and the factor from its unit to ours: metres, or cm^2 for an
 /// area.
 fn known_column(name: &str) -> Option<(usize, f64)> {
-    if let Some(known) = COLUMNS.iter().position(|&column| column == name) {
+    if let Some(known) = KNOWN.names.iter().position(|&column| column == name) {
         return Some((known, 1.0));
     }
     let (column, unit) = name.split_once(['_', ' ', '[', '('])?;
     let unit = unit.trim_matches([' ', '[', ']', '(', ')']);
     match column.trim() {
         axis @ ("x" | "y") => {
-            let metres = match unit {
-                "m" => 1.0,
-                "cm" => 0.01,
-                "mm" => 0.001,
-                _ => return None,
-            };
-            Some((if axis == "x" { 1 } else { 2 }, metres))
+            let column = if axis == "x" { 1 } else { 2 };
+            metres(unit).map(|factor| (column, factor))
         }
         "area" => {
             let square = match unit.replace(['^', ' '], "").replace('²', "2").as_str() {
@@ -142,121 +144,43 @@ fn known_column(name: &str) -> Option<(usize, f64)> {
 /// Whether `column` is probably meant to be a known column. The long name `true_class` is similar to
 /// too many others, such as `item_class`, for more than another separator to count.
 fn is_misspelt(column: &str) -> bool {
-    let others = COLUMNS.into_iter().filter(|name| *name != TRUE_CLASS);
+    let others = KNOWN.names.iter().copied();
+    let others: Vec<&str> = others.filter(|name| *name != TRUE_CLASS).collect();
     let letters = |name: &str| -> String { name.chars().filter(|c| c.is_alphanumeric()).collect() };
-    // A single letter is always similar to `x` and `y`.
-    let similar = column.chars().count() > 1 && nearest(column, others).is_some();
-    similar || letters(column).eq_ignore_ascii_case(&letters(TRUE_CLASS))
+    resembles(column, &others) || letters(column).eq_ignore_ascii_case(&letters(TRUE_CLASS))
 }
 
-fn read_header(
-    header: &csv::StringRecord,
-    name: &str,
-    line: usize,
-) -> Result<(Columns, Vec<String>)> {
-    let mut columns = Columns::default();
-    if header.is_empty() {
-        return Err(Error::input(
-            name,
-            "the file is empty",
-            "start it with the header `id,x,y`; `pickline pattern generate` writes one",
-        ));
-    }
-    let wrong = |place: usize, problem: String, cure: String| {
-        Error::input(
-            format!("{name}:{line}: column {}", place + 1),
-            problem,
-            cure,
-        )
+fn read_item(file: &mut CsvFile, record: &csv::StringRecord, columns: &Columns) -> Result<Item> {
+    let mut optional = |column: usize| columns.number(file, record, column);
+    let numbers = [
+        optional(1)?,
+        optional(2)?,
+        optional(3)?,
+        optional(4)?,
+        optional(5)?,
+        optional(6)?,
+    ];
+    let text = |column: usize| {
+        let text = columns.text(record, column).to_owned();
+        Some(text).filter(|text| !text.is_empty())
     };
-    let mut ignored = Vec::new();
-    for (place, column) in header.iter().enumerate() {
-        let Some((known, metres)) = known_column(column) else {
-            if is_misspelt(column) {
-                let problem = format!("unknown column `{}`", shown(column));
-                return Err(wrong(place, problem, known_names(column, &COLUMNS)));
-            }
-            ignored.push((place, shown(column)));
-            continue;
-        };
-        if columns[known].replace((place, metres)).is_some() {
-            return Err(wrong(
-                place,
-                format!("duplicate column `{}`", COLUMNS[known]),
-                "keep one of them".into(),
-            ));
-        }
-    }
-    for (known, column) in REQUIRED.iter().enumerate() {
-        if columns[known].is_none() {
-            let cure = "the header needs id, x [m] and y [m]";
-            // If the file is something else, its first column name is the most telling.
-            return Err(match ignored.first() {
-                Some((place, other)) if columns.iter().all(Option::is_none) => wrong(
-                    *place,
-                    format!("unknown column `{other}`"),
-                    format!("{cure}; known: {}", COLUMNS.join(", ")),
-                ),
-                _ => Error::input(
-                    format!("{name}:{line}"),
-                    format!("the column `{column}` is missing"),
-                    cure,
-                ),
-            });
-        }
-    }
-    Ok((columns, ignored.into_iter().map(|(_, name)| name).collect()))
-}
-
-fn read_item(
-    file: &mut CsvFile,
-    record: &csv::StringRecord,
-    columns: &Columns,
-    name: &str,
-    line: usize,
-) -> Result<Item> {
-    let field = |column: usize| {
-        columns[column]
-            .and_then(|(place, _)| record.get(place))
-            .unwrap_or("")
-    };
-    let mut optional = |column: usize| -> Result<Option<f64>> {
-        let text = field(column);
-        if text.is_empty() {
-            return Ok(None);
-        }
-        match file.number(text) {
-            // Skip the multiplication by 1, so that metres stay exactly as written.
-            Ok(number) => Ok(Some(match columns[column] {
-                Some((_, metres)) if metres != 1.0 => number * metres,
-                _ => number,
-            })),
-            Err(cause) => Err(Error::input(
-                format!("{name}:{line}: {}", COLUMNS[column]),
-                format!("`{}` is not a number", shown(text)),
-                file.number_cure(),
-            )
-            .caused_by(cause)),
-        }
-    };
-    let text = |column: usize| Some(field(column).to_owned()).filter(|text| !text.is_empty());
-    let required = |column: usize, value: Option<f64>| {
-        value.ok_or_else(|| {
+    let required = |column: usize| {
+        numbers[column - 1].ok_or_else(|| {
             Error::input(
-                format!("{name}:{line}: {}", COLUMNS[column]),
+                columns.place_of(file, column),
                 "the field is empty",
                 "give metres in the belt frame",
             )
         })
     };
     Ok(Item {
-        id: field(0).to_owned(),
-        x0: required(1, optional(1)?)?,
-        y: required(2, optional(2)?)?,
-        area_cm2: optional(3)?,
-        p_detection: optional(4)?,
-        p_grasp: optional(5)?,
-        weight: optional(6)?,
+        id: columns.text(record, 0).to_owned(),
+        x0: required(1)?,
+        y: required(2)?,
+        area_cm2: numbers[2],
+        p_detection: numbers[3],
+        p_grasp: numbers[4],
+        weight: numbers[5],
         class: text(7),
         true_class: text(8),
     })

@@ -28,3 +28,4 @@ mod snapshots;
 #[path = "../common/terminal.rs"]
 mod terminal;
 mod verbs;
+mod verification;

@@ -113,6 +113,19 @@ fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("p.csv"), PATTERN).unwrap();
     std::fs::write(folder.path().join("cases.toml"), CASES).unwrap();
+    let simulate = [
+        "simulate",
+        "-q",
+        "--pattern",
+        "p.csv",
+        "--belt-speed",
+        "0.25",
+    ];
+    let picks = printed(
+        folder.path(),
+        &[&simulate[..], &["--format", "csv"]].concat(),
+    );
+    std::fs::write(folder.path().join("picks.csv"), picks).unwrap();
     folder
 }
 
@@ -135,6 +148,7 @@ fn every_table_is_as_it_was() {
         ("bound", "--pattern p.csv --belt-speed 0.25"),
         ("simulate", "--pattern p.csv --belt-speed 0.25 --check"),
         ("pattern describe", "p.csv"),
+        ("check", "picks.csv --pattern p.csv --belt-speed 0.25"),
     ] {
         for format in ["table", "csv", "json"] {
             let quiet = if verb == "pattern describe" { "" } else { "-q" };

@@ -13,6 +13,7 @@ mod disturbed_transcription;
 mod engines;
 mod events;
 mod failures;
+mod fit;
 mod flow;
 mod outages;
 mod queueing;

@@ -34,9 +34,11 @@ mod session;
 mod settings;
 mod simulate;
 mod station;
+mod station_fit;
 mod sweep;
 #[cfg(feature = "onnx")]
 mod train;
+mod verification;
 mod warnings;
 
 use args::{Cli, Command};
@@ -131,6 +133,7 @@ fn run(command: Command, session: &Session) -> Result<()> {
         Command::Game(args) => game::run(*args, session),
         Command::Bound(args) => bound::run(*args, session),
         Command::Simulate(args) => simulate::run(*args, session),
+        Command::Check(args) => verification::run(*args, session),
         #[cfg(feature = "onnx")]
         Command::Train(args) => train::run(*args, session),
         Command::Run(args) => run::run(*args, session),

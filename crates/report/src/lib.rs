@@ -11,6 +11,7 @@ mod description;
 mod downtime;
 pub mod drawing;
 mod ends;
+mod fit;
 mod game;
 mod game_theory;
 mod optimum;
@@ -31,6 +32,7 @@ mod throughput;
 #[cfg(feature = "onnx")]
 mod training;
 mod verb_report;
+mod verification;
 
 pub use bound::{BoundReport, CertifiedReport};
 pub use charts::ChartKind;
@@ -39,6 +41,7 @@ pub use clearance::{ClearanceReport, arms_apart};
 pub use comparison::ComparisonReport;
 pub use description::DescriptionReport;
 pub use downtime::DowntimeReport;
+pub use fit::FitReport;
 pub use game::{GameReport, nfg_text};
 pub use optimum::{OptimumReport, RivalsReport, ValidationReport};
 pub use origin::{origin_comment, with_origin};
@@ -55,3 +58,4 @@ pub use throughput::ThroughputReport;
 #[cfg(feature = "onnx")]
 pub use training::{TrainingReport, learning_curve_csv};
 pub use verb_report::{ResultFile, VerbReport, json_text};
+pub use verification::{VerificationReport, ViolationReport};

@@ -25,8 +25,9 @@ pub struct Provenance {
     /// What the camera saw and what went wrong, if not the plain model.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub conditions: Vec<String>,
-    /// Master seed of everything random in the result.
-    pub seed: u64,
+    /// Master seed of everything random in the result; omitted if nothing is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
     /// How far the run got if the user stopped it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub partial: Option<String>,
@@ -46,9 +47,15 @@ impl Provenance {
             station_hash: station_hash(station),
             patterns: patterns.to_owned(),
             conditions: Vec::new(),
-            seed,
+            seed: Some(seed),
             partial: None,
         }
+    }
+
+    /// The same for a result without anything random.
+    #[must_use]
+    pub fn without_seed(self) -> Self {
+        Self { seed: None, ..self }
     }
 
     /// The same for a result with only `done` of `planned` parts, named `what`. If all are
@@ -61,8 +68,13 @@ impl Provenance {
     }
 
     /// The same for a result under `conditions`.
-    pub fn under(mut self, conditions: &Conditions) -> Self {
-        self.conditions = conditions.describe();
+    pub fn under(self, conditions: &Conditions) -> Self {
+        self.under_facts(conditions.describe())
+    }
+
+    /// The same for a result under conditions in words, one text per fact.
+    pub fn under_facts(mut self, conditions: Vec<String>) -> Self {
+        self.conditions = conditions;
         self
     }
 
@@ -75,10 +87,9 @@ impl Provenance {
         );
         let conditions = self.conditions.iter().map(|c| format!("under: {c}\n"));
         let partial = self.partial.iter().map(|p| format!("partial: {p}\n"));
-        let seed = format!("seed: {}\n", self.seed);
-        csv_comment(
-            &(facts + &conditions.collect::<String>() + &seed + &partial.collect::<String>()),
-        )
+        let seed = self.seed.iter().map(|seed| format!("seed: {seed}\n"));
+        let more = conditions.chain(seed).chain(partial);
+        csv_comment(&(facts + &more.collect::<String>()))
     }
 
     /// Everything on one line, for the description of a picture.
@@ -87,9 +98,12 @@ impl Provenance {
             Some(partial) => format!("; {partial}"),
             None => String::new(),
         };
+        let seed = self
+            .seed
+            .map_or(String::new(), |seed| format!("; seed {seed}"));
         format!(
-            "{}; {}; station {} ({}); seed {}{partial}",
-            self.program, self.command, self.station_hash, self.station, self.seed
+            "{}; {}; station {} ({}){seed}{partial}",
+            self.program, self.command, self.station_hash, self.station
         )
     }
 

@@ -488,11 +488,16 @@ impl RunReport {
             decide_s: Displayed(pick.decide_s),
             grasp_s: Displayed(pick.grasp_s),
             release_s: Displayed(pick.release_s),
+            bin: pick.bin.as_deref(),
             meet_x_m: Displayed(pick.meet[0]),
             meet_y_m: Displayed(pick.meet[1]),
             failure,
         });
-        CsvRows::of(rows).text(&self.made)
+        let rows = CsvRows::of(rows);
+        match self.robots.iter().all(|robot| robot.bins.is_empty()) {
+            true => rows.without(&["bin"]).text(&self.made),
+            false => rows.text(&self.made),
+        }
     }
 }
 
@@ -503,6 +508,8 @@ struct AttemptRow<'r> {
     decide_s: Displayed<f64>,
     grasp_s: Displayed<f64>,
     release_s: Displayed<f64>,
+    /// Name of the bin; the column is left out if every robot has one bin for everything.
+    bin: Option<&'r str>,
     meet_x_m: Displayed<f64>,
     meet_y_m: Displayed<f64>,
     /// Why the attempt failed; empty for a pick.

@@ -9,6 +9,7 @@ mod elsewhere;
 mod emulate;
 mod experiments;
 mod files;
+mod fit;
 mod patterns;
 mod recordings;
 mod rig;
@@ -18,6 +19,7 @@ mod searches;
 mod settings;
 mod station;
 mod transport;
+mod verification;
 
 use clap::{Arg, Command};
 use rig::Rig;
@@ -41,7 +43,7 @@ const fn row(verbs: &'static [&'static str], option: &'static str, holds: fn(&Ri
 }
 
 /// The rows of this folder.
-const ROWS: [&[Row]; 11] = [
+const ROWS: [&[Row]; 13] = [
     settings::ROWS,
     station::ROWS,
     conditions::ROWS,
@@ -49,10 +51,12 @@ const ROWS: [&[Row]; 11] = [
     searches::ROWS,
     experiments::ROWS,
     files::ROWS,
+    fit::ROWS,
     recordings::ROWS,
     run::ROWS,
     emulate::ROWS,
     transport::ROWS,
+    verification::ROWS,
 ];
 
 /// Options that are taken for the sake of others and change nothing: the unit names its place as

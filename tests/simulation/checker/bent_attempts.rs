@@ -55,12 +55,12 @@ fn missing_movements_are_refuted() {
         (
             "an early release",
             |_, d| d.picks[0].release -= 1e-6,
-            "it returns at 5.633333333333333 s, not 5.6333323333",
+            "it returns at 5.63333333333 s, not 5.6333323333",
         ),
         (
             "a late release",
             |_, d| d.picks[0].release += 1e-6,
-            "it returns at 5.633333333333333 s, not 5.6333343333",
+            "it returns at 5.63333333333 s, not 5.6333343333",
         ),
         (
             "a late release after a grasp that fails",
@@ -187,7 +187,7 @@ fn a_release_that_never_comes_is_refuted() {
 
 #[test]
 fn items_that_somebody_else_has_are_refuted() {
-    let by_front = "the item was already claimed by robot 0";
+    let by_front = "the item was already claimed by robot `front`";
     let bends: [Bent; 5] = [
         (
             "an item that another robot has picked",
@@ -215,7 +215,7 @@ fn items_that_somebody_else_has_are_refuted() {
         (
             "an item that another robot fails at and this one picks",
             |b, d| d.picks[4] = b.pick(0, 4, 1.2),
-            "the item was already claimed by robot 1",
+            "the item was already claimed by robot `back`",
         ),
     ];
     assert_refuted(&bends);

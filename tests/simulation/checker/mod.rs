@@ -6,6 +6,7 @@ mod bent_attempts;
 mod bent_figures;
 mod bent_misses;
 mod downtimes;
+mod listed;
 mod rounding;
 mod vain_ways;
 

@@ -142,7 +142,7 @@ fn claims_and_busy_times_may_be_missed_by_rounding_alone() {
     };
     type Leaving<'a> = &'a dyn Fn(f64) -> Result<()>;
     let late: [(f64, Leaving, &str); 2] = [
-        (ends, &claimed, "already claimed by robot 0"),
+        (ends, &claimed, "already claimed by robot `front`"),
         (free, &busy, "the robot is busy until"),
     ];
     for (from, checked, words) in late {

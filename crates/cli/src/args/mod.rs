@@ -18,6 +18,7 @@ mod simulate;
 mod station;
 #[cfg(feature = "onnx")]
 mod train;
+mod verification;
 
 pub(crate) use access::AccessArgs;
 pub(crate) use bound::{BoundArgs, ObjectiveArg};
@@ -41,9 +42,10 @@ pub(crate) use shared::{
     AttributeArgs, Common, FeedArgs, OutputFormat, PatternSetArgs, Pictures, StationChoice,
 };
 pub(crate) use simulate::SimulateArgs;
-pub(crate) use station::{StationArgs, StationCommand};
+pub(crate) use station::{FitArgs, LawArg, StationArgs, StationCommand};
 #[cfg(feature = "onnx")]
 pub(crate) use train::TrainArgs;
+pub(crate) use verification::CheckArgs;
 
 use clap::{Parser, Subcommand};
 
@@ -75,6 +77,7 @@ pub(crate) enum Command {
     Game(Box<GameArgs>),
     Bound(Box<BoundArgs>),
     Simulate(Box<SimulateArgs>),
+    Check(Box<CheckArgs>),
     #[cfg(feature = "onnx")]
     Train(Box<TrainArgs>),
     Run(Box<RunArgs>),

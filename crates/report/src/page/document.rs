@@ -133,7 +133,7 @@ fn provenance(made: &Provenance) -> String {
         seed,
         partial,
     } = made;
-    let seed = seed.to_string();
+    let seed = seed.map(|seed| seed.to_string()).unwrap_or_default();
     let conditions = conditions.join("; ");
     let partial = partial.clone().unwrap_or_default();
     let facts = [
