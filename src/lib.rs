@@ -80,6 +80,7 @@ mod csv_columns;
 pub mod station;
 pub mod pattern;
 pub mod stats;
+pub mod fit;
 pub mod decision;
 pub mod dispatch;
 pub mod checker;

@@ -6,7 +6,7 @@ use crate::csv_file::CsvFile;
 use crate::decision::{FailureCause, Pick};
 use crate::error::{Error, Result, known_names, nearest, shown};
 use crate::pattern::Pattern;
-use crate::station::{Robot, Station};
+use crate::station::{Robot, Station, robot_called};
 use csv::StringRecord;
 use nalgebra::Point2;
 use std::collections::HashMap;
@@ -196,7 +196,9 @@ impl LineUp<'_> {
         columns: &Columns,
     ) -> Result<std::result::Result<Attempted, String>> {
         let cause = cause_of(row, file, columns)?;
-        let found = self.robot(row.robot).and_then(|robot| {
+        let robot = robot_called(row.robot, self.station);
+        let robot = robot.map_err(|no| format!("{}; {}", no.problem, no.cure));
+        let found = robot.and_then(|robot| {
             let item = self.item(row.item)?;
             let bin = self.bin(&self.station.robots()[robot], item, row.bin)?;
             Ok((robot, item, bin))
@@ -220,23 +222,6 @@ impl LineUp<'_> {
         Ok(Ok((pick, cause)))
     }
 
-    fn robot(&self, text: &str) -> std::result::Result<usize, String> {
-        let robots = self.station.robots();
-        let named = robots.iter().position(|robot| robot.name == text);
-        let number: Option<usize> = text.parse().ok();
-        let numbered = number.filter(|number| (1..=robots.len()).contains(number));
-        named.or(numbered.map(|number| number - 1)).ok_or_else(|| {
-            let names: Vec<&str> = robots.iter().map(|robot| robot.name.as_str()).collect();
-            match number {
-                Some(_) => format!(
-                    "there is no robot {text}; robots are counted from 1 to {}, upstream first",
-                    robots.len()
-                ),
-                None => unknown("robot", text, &names),
-            }
-        })
-    }
-
     fn item(&self, text: &str) -> std::result::Result<u32, String> {
         let unknown = || format!("there is no item `{}` in the pattern", shown(text));
         self.numbers.get(text).copied().ok_or_else(unknown)
@@ -251,7 +236,11 @@ impl LineUp<'_> {
             let named = robot.bins.iter().position(|bin| bin.name == text);
             named.ok_or_else(|| {
                 let names: Vec<&str> = robot.bins.iter().map(|bin| bin.name.as_str()).collect();
-                unknown("bin", text, &names)
+                format!(
+                    "there is no bin `{}`; {}",
+                    shown(text),
+                    known_bins(text, &names)
+                )
             })?
         };
         u16::try_from(place).map_err(|_| format!("there is no bin {place}"))
@@ -279,20 +268,11 @@ fn cause_of(row: &PickRow, file: &CsvFile, columns: &Columns) -> Result<Option<F
     }
 }
 
-/// That the station does not have the `thing` called `text`, and what it has.
-fn unknown(thing: &str, text: &str, names: &[&str]) -> String {
-    let meant = nearest(text, names.iter().copied());
-    match meant {
-        Some(_) => format!(
-            "there is no {thing} `{}`; {}",
-            shown(text),
-            known_names(text, names)
-        ),
-        None => format!(
-            "there is no {thing} `{}`; known: {}",
-            shown(text),
-            names.join(", ")
-        ),
+/// The bins that there are, and which of them was probably meant.
+fn known_bins(text: &str, names: &[&str]) -> String {
+    match nearest(text, names.iter().copied()) {
+        Some(_) => known_names(text, names),
+        None => format!("known: {}", names.join(", ")),
     }
 }
 
@@ -337,7 +317,7 @@ mod tests {
             .collect();
         for ((line, problem), (at, words)) in found.into_iter().zip([
             (3, "no robot `r9`; did you mean `r1`? known: r1, r2"),
-            (4, "no robot 0; robots are counted from 1 to 2"),
+            (4, "no robot `0`; robots are counted from 1 to 2"),
             (5, "no item `c`"),
             (6, "no bin `b2`; did you mean `b1`?"),
         ]) {

@@ -12,6 +12,7 @@ mod file;
 mod geometry;
 mod line;
 mod load;
+mod naming;
 mod plausible;
 mod robot;
 mod sorting;
@@ -26,5 +27,6 @@ pub use file::{
 pub use geometry::Station;
 pub use line::{Line, LineBins};
 pub use load::{is_file, load, load_with_strategy};
+pub(crate) use naming::robot_called;
 pub use robot::{Bin, Robot};
 pub use sorting::ClassId;

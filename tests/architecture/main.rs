@@ -152,6 +152,7 @@ fn live_control_uses_what_it_decides_with_and_no_simulator() {
         "names",
         "pattern",
         "plausible",
+        "fit",
         "station",
     ];
     let mut files = Vec::new();

@@ -26,6 +26,8 @@ mod decisions;
 mod emulated;
 #[cfg(unix)]
 mod examples;
+#[cfg(all(unix, feature = "mcap"))]
+mod fit;
 #[cfg(feature = "dashboard")]
 mod host_header;
 mod identity;

@@ -3,7 +3,7 @@
 use crate::common::pickline;
 use crate::programs::{feed, piped, wait_for};
 use pickline::pattern::grid;
-use pickline::station::built_in;
+use pickline::station::{Station, built_in};
 use pickline::strategies::read_alone;
 use pickline_live::emulator::{Emulator, InjectedFaults};
 use pickline_live::protocol::{Outgoing, decode_outgoing, encode};
@@ -42,15 +42,21 @@ fn stream() -> Vec<u8> {
         .with_lost_acks(0.1)
         .with_duplicates(0.1)
         .with_jitter(0.05);
-    let mut emulator = Emulator::new(station.clone(), pattern, trouble).unwrap();
+    let emulator = Emulator::new(station.clone(), pattern, trouble).unwrap();
+    said_to_a_node(emulator, station, "SPT,FIFO").into_bytes()
+}
+
+/// What an emulated station says to a node that plans for `station` with `rules`.
+pub fn said_to_a_node(mut emulator: Emulator, station: Station, rules: &str) -> String {
     let config = Config::default().with_clock(ClockKind::Messages);
-    let strategy = read_alone("SPT,FIFO", 2).unwrap().make();
+    let robots = station.robots().len();
+    let strategy = read_alone(rules, robots).unwrap().make();
     let mut controller = Controller::new(station, strategy, config).unwrap();
     let (mut stream, mut due) = (String::new(), None);
     loop {
         let round = emulator.round(due);
         if round.is_empty() {
-            return stream.into_bytes();
+            return stream;
         }
         for message in round {
             stream += &encode(&message);

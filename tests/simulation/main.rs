@@ -12,6 +12,7 @@ mod disturbed_transcription;
 mod engines;
 mod events;
 mod failures;
+mod fit;
 mod flow;
 mod queueing;
 mod real_lines;

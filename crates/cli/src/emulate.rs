@@ -1,6 +1,6 @@
 //! `pickline emulate`.
 
-use super::args::{EmulateArgs, TroubleArgs};
+use super::args::{EmulateArgs, StationChoice, TroubleArgs};
 use super::live::{announce, stop_flag};
 use super::remarks::Remarks;
 use super::session::Session;
@@ -57,7 +57,14 @@ impl EmulateArgs {
         transport
             .access
             .check(Side::Station, transport.addresses())?;
-        let emulator = Emulator::new(station, pattern, faults)?;
+        let mut emulator = Emulator::new(station, pattern, faults)?;
+        if let Some(file) = &self.true_station {
+            let choice = StationChoice {
+                station: file.clone(),
+                ..self.station.clone()
+            };
+            emulator = emulator.with_true_station(&choice.load()?)?;
+        }
         remarks.remark(&format!(
             "playing {name} on station {}",
             self.station.station
@@ -119,6 +126,7 @@ impl TroubleArgs {
             .with_jitter(self.jitter_ms / 1e3)
             .with_robot_down(robot_down)
             .with_belt_stop(stop.map(|[from, time]| (from, time)))
+            .with_time_noise(self.time_noise)
             .with_seed(self.seed))
     }
 }

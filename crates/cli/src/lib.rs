@@ -33,6 +33,7 @@ mod session;
 mod settings;
 mod simulate;
 mod station;
+mod station_fit;
 mod sweep;
 #[cfg(feature = "onnx")]
 mod train;

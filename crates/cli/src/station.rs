@@ -4,6 +4,7 @@ use super::args::{StationChoice, StationCommand};
 use super::outputs::Outputs;
 use super::session::{Session, tell};
 use super::settings::load_pattern;
+use super::station_fit;
 use pickline::clearance;
 use pickline::error::{Error, Result, rounded};
 use pickline::files;
@@ -40,6 +41,7 @@ pub(crate) fn run(command: StationCommand, session: &Session) -> Result<()> {
             )
         }
         StationCommand::Check { file, strict } => check(file, strict, session),
+        StationCommand::Fit(args) => station_fit::run(*args, session),
         StationCommand::Init { file, force } => init(file.as_deref(), force, session),
     }
 }

@@ -36,6 +36,20 @@ pub const ROWS: &[Row] = &[
         assert_eq!(ids("--pattern ab.csv"), ["A", "B"]);
         assert_eq!(ids("").len(), 50);
     }),
+    row(&EMULATE, "--true-station", |rig, _| {
+        // It is twice as fast and leaves when it is told to: it waits for the item to come into its
+        // reach at 5 s, and is back after half a second, with half a second of dwell.
+        let done = |flags: &str| done(rig, flags);
+        assert_near(done(""), 6.5);
+        assert_near(done("--true-station fast.toml"), 6.0);
+    }),
+    row(&EMULATE, "--time-noise", |rig, _| {
+        let done = |flags: &str| done(rig, flags);
+        assert_near(done("--time-noise 0"), 6.5);
+        let (one, two) = (done("--time-noise 0.01"), done("--time-noise 0.02"));
+        assert!(one != 6.5 && (one - 6.5).abs() < 0.08, "{one}");
+        assert!(two != one && (two - 6.5).abs() < 0.16, "{two}");
+    }),
     row(&EMULATE, "--clock", |rig, _| {
         // Stamps are of now, or begin at 0.
         let first = |clock: &str| {
@@ -137,6 +151,14 @@ fn said(rig: &Rig, call: &str, answers: &str) -> Vec<Value> {
 fn of(messages: &[Value], kind: &str) -> Vec<Value> {
     let found = messages.iter().filter(|message| message["kind"] == kind);
     found.cloned().collect()
+}
+
+/// When the item is in the bin [s].
+fn done(rig: &Rig, flags: &str) -> f64 {
+    let found = said(rig, &format!("{PLAIN} {flags}"), &answers());
+    let results = of(&found, "result");
+    assert_eq!(results[0]["result"], "PICKED", "{found:?}");
+    number(&results[0], "/stamp")
 }
 
 /// The stamps of the ticks.

@@ -9,6 +9,7 @@ mod elsewhere;
 mod emulate;
 mod experiments;
 mod files;
+mod fit;
 mod patterns;
 mod recordings;
 mod rig;
@@ -42,7 +43,7 @@ const fn row(verbs: &'static [&'static str], option: &'static str, holds: fn(&Ri
 }
 
 /// The rows of this folder.
-const ROWS: [&[Row]; 12] = [
+const ROWS: [&[Row]; 13] = [
     settings::ROWS,
     station::ROWS,
     conditions::ROWS,
@@ -50,6 +51,7 @@ const ROWS: [&[Row]; 12] = [
     searches::ROWS,
     experiments::ROWS,
     files::ROWS,
+    fit::ROWS,
     recordings::ROWS,
     run::ROWS,
     emulate::ROWS,

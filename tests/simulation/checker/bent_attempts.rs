@@ -55,12 +55,12 @@ fn missing_movements_are_refuted() {
         (
             "an early release",
             |_, d| d.picks[0].release -= 1e-6,
-            "it returns at 5.633333333333333 s, not 5.6333323333",
+            "it returns at 5.63333333333 s, not 5.6333323333",
         ),
         (
             "a late release",
             |_, d| d.picks[0].release += 1e-6,
-            "it returns at 5.633333333333333 s, not 5.6333343333",
+            "it returns at 5.63333333333 s, not 5.6333343333",
         ),
         (
             "a late release after a grasp that fails",

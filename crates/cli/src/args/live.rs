@@ -232,6 +232,7 @@ pub(crate) struct KeptArgs {
 Examples:
   pickline run --listen 127.0.0.1:7400 --clock messages &
   pickline emulate --connect 127.0.0.1:7400 --clock messages --failing-grasps 0.1
+  pickline emulate --connect 127.0.0.1:7400 --true-station as-built.toml --time-noise 0.003
   pickline emulate --clock messages < /dev/null > stream.jsonl")]
 pub(crate) struct EmulateArgs {
     #[command(flatten)]
@@ -239,6 +240,10 @@ pub(crate) struct EmulateArgs {
     /// Pattern file (CSV) [default: a 0.15 m grid of 50 items]
     #[arg(long, value_name = "FILE")]
     pub pattern: Option<PathBuf>,
+    /// Let the arms move as this station says (file or built-in), while protocol and plan go by
+    /// --station: how an arm does that is not what its station file says
+    #[arg(long, value_name = "FILE|NAME")]
+    pub true_station: Option<String>,
     #[command(flatten)]
     pub transport: TransportArgs,
     #[command(flatten)]
@@ -295,6 +300,14 @@ pub(crate) struct TroubleArgs {
     /// Stop the belt: when and for how long [s]
     #[arg(long, value_name = "FROM,SECONDS")]
     pub belt_stop: Option<String>,
+    /// Standard deviation of when an arm's movement ends [s]
+    #[arg(
+        long,
+        value_name = "SD",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub time_noise: f64,
     /// Seed for these random faults
     #[arg(
         long,

@@ -42,7 +42,7 @@ pub(crate) use shared::{
     AttributeArgs, Common, FeedArgs, OutputFormat, PatternSetArgs, Pictures, StationChoice,
 };
 pub(crate) use simulate::SimulateArgs;
-pub(crate) use station::{StationArgs, StationCommand};
+pub(crate) use station::{FitArgs, LawArg, StationArgs, StationCommand};
 #[cfg(feature = "onnx")]
 pub(crate) use train::TrainArgs;
 pub(crate) use verification::CheckArgs;

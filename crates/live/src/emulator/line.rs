@@ -4,7 +4,7 @@ use super::trouble::InjectedFaults;
 use crate::protocol::{BeltState, Incoming, RobotState, RobotStatus};
 use pickline::error::Result;
 use pickline::pattern::Pattern;
-use pickline::station::Station;
+use pickline::station::{Robot, Station};
 
 /// The camera sees items at least this far upstream of the point where a robot could leave for them
 /// [m].
@@ -16,6 +16,8 @@ const PAST_THE_END: f64 = 0.75;
 #[derive(Debug)]
 pub(super) struct EmulatedLine {
     pub station: Station,
+    /// The robots as they really move, if not as the station says.
+    pub arms: Option<Vec<Robot>>,
     pub pattern: Pattern,
     pub faults: InjectedFaults,
     /// Start and end of the belt's stop [s]; infinite if it never stops.
@@ -33,10 +35,22 @@ impl EmulatedLine {
             .map_or((f64::INFINITY, f64::INFINITY), |(at, time)| (at, at + time));
         Ok(Self {
             station,
+            arms: None,
             pattern,
             faults,
             belt_stop,
         })
+    }
+
+    /// The robot with this index, as it really moves.
+    pub(super) fn arm_of(&self, index: usize) -> &Robot {
+        let robots = self.arms.as_deref().unwrap_or(self.station.robots());
+        &robots[index]
+    }
+
+    /// Whether arms do not move exactly as the station says.
+    pub(super) fn differs(&self) -> bool {
+        self.arms.is_some() || self.faults.time_noise > 0.0
     }
 
     /// The camera's x [m]: upstream of every point where a robot could leave for an item.

@@ -13,9 +13,9 @@ pub use trouble::InjectedFaults;
 
 use super::protocol::{Detection, Incoming, Outgoing, RobotState, Task};
 use line::EmulatedLine;
-use pickline::error::Result;
+use pickline::error::{Error, Result};
 use pickline::pattern::{Item, Pattern};
-use pickline::station::Station;
+use pickline::station::{Robot, Station};
 use robots::EmulatedRobots;
 use schedule::{EmulatorEvent, EmulatorSchedule};
 use trouble::FaultDraw;
@@ -58,6 +58,29 @@ impl Emulator {
         };
         emulator.begin();
         Ok(emulator)
+    }
+
+    /// The same emulator with arms that move like those of another station with the same robots,
+    /// while the protocol and the node's plan are those of its own.
+    ///
+    /// # Errors
+    /// A station with other robots, bases or bins.
+    pub fn with_true_station(mut self, true_station: &Station) -> Result<Self> {
+        let (planned, real) = (self.line.station.robots(), true_station.robots());
+        let place = |robot: &Robot| {
+            let bins: Vec<_> = robot.bins.iter().map(|bin| bin.at).collect();
+            (robot.name.clone(), robot.base, robot.rest, bins)
+        };
+        if !planned.iter().map(place).eq(real.iter().map(place)) {
+            return Err(Error::usage(
+                "'true_station'",
+                "its robots have other names, bases or bins than those of the station",
+                "change only how they move: speed, acceleration, travel, lift, grasp_time and \
+                 release_time",
+            ));
+        }
+        self.line.arms = Some(real.to_vec());
+        Ok(self)
     }
 
     /// The station as given in its file.

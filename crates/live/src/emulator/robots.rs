@@ -119,6 +119,10 @@ impl EmulatedRobots {
         if let Some(revision) = current.filter(|c| c.id == task.id).map(|c| c.revision) {
             acknowledge(line, schedule, &task);
             if task.revision > revision && !self.robots[robot].met {
+                if line.differs() {
+                    let start = task.start;
+                    move_out(line, start, (robot, self.robots[robot].place), &mut task);
+                }
                 self.set_out(schedule, robot, task);
             }
             return;
@@ -206,7 +210,7 @@ impl EmulatedRobots {
             return;
         };
         // The robot knows the result once the gripper has closed, and is on its way back then.
-        let known = schedule.now() + line.station.robots()[robot].grasp_time;
+        let known = schedule.now() + line.arm_of(robot).grasp_time;
         let report = ResultMessage {
             stamp: known,
             task: id,
@@ -250,7 +254,7 @@ impl EmulatedRobots {
             if its.met {
                 return;
             }
-            let arm = &line.station.robots()[robot].arm;
+            let arm = &line.arm_of(robot).arm;
             let place = its.place;
             let whole = distance(task.meet.x - place.x, task.meet.y - place.y);
             let passed = schedule.now() - task.start;
@@ -306,19 +310,32 @@ fn acknowledge(line: &EmulatedLine, schedule: &mut EmulatorSchedule, task: &Task
 }
 
 /// Lets a robot, with its arm at `place` [m], that received its task too late meet the item further
-/// downstream. It leaves at `now` [s]. Returns whether it can.
+/// downstream: it leaves at `now` [s]. So does one that moves otherwise than the station says. Returns
+/// whether it can.
 fn leave(
     line: &EmulatedLine,
     now: f64,
     (index, place): (usize, Point2<f64>),
     task: &mut Task,
 ) -> bool {
-    let (robot, belt) = (&line.station.robots()[index], line.station.belt());
-    let late = now - task.start;
-    if late <= LATE {
+    let is_late = now - task.start > LATE;
+    if !is_late && !line.differs() {
         return true;
     }
-    let x = task.meet.x - (line.travel(task.meet_at) - line.travel(now));
+    let start = if is_late { now } else { task.start };
+    move_out(line, start, (index, place), task)
+}
+
+/// Enters into `task` when and where a robot really meets the item that leaves `place` [m] at `start`
+/// [s], and when it is free. Returns whether it meets the item in its workspace.
+fn move_out(
+    line: &EmulatedLine,
+    start: f64,
+    (index, place): (usize, Point2<f64>),
+    task: &mut Task,
+) -> bool {
+    let (robot, belt) = (line.arm_of(index), line.station.belt());
+    let x = task.meet.x - (line.travel(task.meet_at) - line.travel(start));
     let travel = robot.arm.travel_time(&Encounter {
         dx: x - place.x,
         dy: task.meet.y - place.y,
@@ -326,15 +343,23 @@ fn leave(
         upstream: -x,
         downstream: belt.length - x,
     });
-    let x = x + belt.speed * travel;
+    let off = |way| line.faults.time_off(way, task.id);
+    let travel = (travel + off(FaultDraw::WayOut)).max(0.0);
     let (base, y) = (robot.base, task.meet.y);
     let range = meeting_range(base.x, base.y, robot.reach, y, belt.length);
-    task.start = now;
-    task.meet_at = now + travel;
-    task.meet = BeltPoint { x, y };
+    // One that is earlier than planned waits where the item comes into its reach.
+    let edge = range.filter(|_| line.differs()).map(|(low, _)| low);
+    let travel = edge.map_or(travel, |low| travel.max((low - x) / belt.speed));
+    let x = x + belt.speed * travel;
+    // Rounding does not put it back out of reach.
+    let x = edge.map_or(x, |low| x.max(low));
     let back = robot
         .arm
         .time(distance(x - task.bin.x, task.meet.y - task.bin.y));
+    let back = (back + off(FaultDraw::WayHome)).max(0.0);
+    task.start = start;
+    task.meet_at = start + travel;
+    task.meet = BeltPoint { x, y };
     let at = Point2::new(task.bin.x, task.bin.y);
     let mut bins = robot.bins.iter();
     let bin = bins.find(|bin| bin.at == at).unwrap_or(&robot.bins[0]);

@@ -22,6 +22,8 @@ pub struct InjectedFaults {
     pub robot_down: Option<(usize, f64, f64)>,
     /// A stop of the belt: start [s] and duration [s].
     pub belt_stop: Option<(f64, f64)>,
+    /// Standard deviation of when a movement of an arm ends [s].
+    pub time_noise: f64,
     /// Seed of everything random.
     pub seed: u64,
 }
@@ -34,6 +36,8 @@ pub(super) enum FaultDraw {
     Twice = 3,
     Late = 4,
     Jitter = 5,
+    WayOut = 6,
+    WayHome = 7,
 }
 
 impl InjectedFaults {
@@ -86,6 +90,13 @@ impl InjectedFaults {
         self
     }
 
+    /// With movements of arms that end at other times, with this standard deviation [s].
+    #[must_use]
+    pub fn with_time_noise(mut self, time_noise: f64) -> Self {
+        self.time_noise = time_noise;
+        self
+    }
+
     /// With this seed of everything random.
     #[must_use]
     pub fn with_seed(mut self, seed: u64) -> Self {
@@ -119,6 +130,7 @@ impl InjectedFaults {
         let (stop_at, stop) = self.belt_stop.unwrap_or_default();
         for (setting, time, most) in [
             ("'jitter'", self.jitter, 10.0),
+            ("'time_noise'", self.time_noise, 10.0),
             ("'robot_down'", down_at, 1e6),
             ("'robot_down'", down, 1e6),
             ("'belt_stop'", stop_at, 1e6),
@@ -147,5 +159,17 @@ impl InjectedFaults {
     pub(super) fn draw(&self, what: FaultDraw, number: u64) -> f64 {
         let mut rng = random_stream(self.seed ^ ((what as u64) << 56), number);
         rng.random()
+    }
+
+    /// By how much a movement ends later than it should [s], normally distributed; `number` is that
+    /// of its task.
+    pub(super) fn time_off(&self, what: FaultDraw, number: u64) -> f64 {
+        if self.time_noise == 0.0 {
+            return 0.0;
+        }
+        // The transform of Box and Muller (1958, DOI 10.1214/aoms/1177706645).
+        let [size, angle] = [0, 1].map(|part| self.draw(what, number << 1 | part));
+        let size = (-2.0 * (1.0 - size).ln()).sqrt();
+        self.time_noise * size * (std::f64::consts::TAU * angle).cos()
     }
 }

@@ -10,12 +10,16 @@ mod event;
 #[cfg(feature = "mcap")]
 mod inflate;
 #[cfg(feature = "mcap")]
+mod moves;
+#[cfg(feature = "mcap")]
 mod read;
 #[cfg(feature = "mcap")]
 mod write;
 
 pub(crate) use event::whole_microseconds;
 pub use event::{Heading, RecordedEvent};
+#[cfg(feature = "mcap")]
+pub use moves::{RecordedMoves, read_recorded_moves};
 #[cfg(feature = "mcap")]
 pub use read::{RecordingEnd, RecordingEntry, RecordingReader};
 #[cfg(feature = "mcap")]

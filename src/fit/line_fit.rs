@@ -1,0 +1,41 @@
+//! The fit of a whole line.
+
+use super::arm_fit::{ArmFit, fit_arm};
+use super::options::FitOptions;
+use super::timed_move::{TimedMove, check_units};
+use crate::error::{Error, Result};
+use crate::station::Station;
+
+/// The fit of a whole line.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct LineFit {
+    /// For each robot of the station its fit; `None` for one that has no moves.
+    pub arms: Vec<Option<ArmFit>>,
+}
+
+/// Fits the law of every robot of `station` that `moves` are of. What they do not tell is taken from
+/// the station.
+///
+/// # Errors
+/// Invalid options; no moves; too few moves of a robot; times or places that no arm has.
+pub fn fit_line(station: &Station, moves: &[TimedMove], options: &FitOptions) -> Result<LineFit> {
+    options.check()?;
+    if moves.is_empty() {
+        return Err(Error::input(
+            "moves",
+            "there is none with a time",
+            "give rows with depart_s and grasp_s, or with release_s and the bin",
+        ));
+    }
+    check_units(moves)?;
+    let fit = |index: usize| {
+        let own: Vec<TimedMove> = moves.iter().filter(|m| m.robot == index).cloned().collect();
+        let is_there = !own.is_empty();
+        is_there
+            .then(|| fit_arm(&station.robots()[index], index, &own, options))
+            .transpose()
+    };
+    let arms: Result<Vec<_>> = (0..station.robots().len()).map(fit).collect();
+    Ok(LineFit { arms: arms? })
+}

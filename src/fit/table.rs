@@ -1,0 +1,243 @@
+//! A monotone table of travel times: medians of groups of like ways, made monotone.
+//!
+//! The times of neighbouring groups that decrease are averaged until none does, by the algorithm of
+//! pooling adjacent violators (Ayer et al. 1955, DOI 10.1214/aoms/1177728423).
+
+use super::model::{Leg, Observation};
+use super::robust::{median, scale_of};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// Fewer ways than this do not make a group, nor fewer groups a table.
+const LEAST_GROUP: usize = 10;
+const LEAST_GROUPS: usize = 3;
+/// More points would follow the noise.
+const MOST_GROUPS: usize = 12;
+/// Variance of a median over that of a mean of normal values.
+const MEDIAN_VARIANCE: f64 = std::f64::consts::FRAC_PI_2;
+/// A law is rejected if it would fit as badly by chance with at most this probability,
+const REJECTION: f64 = 1e-3;
+/// and is off by at least this share of the times, in the root of the mean square over the groups.
+const NOTABLE: f64 = 0.01;
+
+/// A table, and the dwell of each bin [s].
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct TableEstimate {
+    /// Points (l [m], t [s]); the first l is 0.
+    pub points: Vec<(f64, f64)>,
+    /// Grasp and release time together, for each bin [s].
+    pub dwell: Vec<f64>,
+}
+
+/// How ways are grouped: the upper ends of the groups [m], the last of which is infinite.
+#[derive(Debug, Clone)]
+pub(super) struct Groups(Vec<f64>);
+
+/// The way in the plane [m] and the bin of an observation of one way; `None` for others.
+fn one_way(observation: &Observation) -> Option<(f64, Option<usize>)> {
+    match observation.leg {
+        Leg::Out(way) => Some((way, None)),
+        Leg::Back(way, bin) => Some((way, Some(bin))),
+        _ => None,
+    }
+}
+
+impl Groups {
+    /// Groups of equally many ways; `None` if there are too few.
+    pub(super) fn of(observations: &[Observation]) -> Option<Self> {
+        let mut ways: Vec<f64> = observations
+            .iter()
+            .filter_map(one_way)
+            .map(|w| w.0)
+            .collect();
+        ways.sort_unstable_by(f64::total_cmp);
+        let count = (ways.len() / LEAST_GROUP).min(MOST_GROUPS);
+        if count < LEAST_GROUPS {
+            return None;
+        }
+        let mut ends: Vec<f64> = (1..count).map(|i| ways[i * ways.len() / count]).collect();
+        ends.push(f64::INFINITY);
+        ends.dedup();
+        (ends.len() >= LEAST_GROUPS).then_some(Self(ends))
+    }
+
+    /// For each group its ways [m] and values.
+    fn split(&self, pairs: impl Iterator<Item = (f64, f64)>) -> Vec<(Vec<f64>, Vec<f64>)> {
+        let mut groups = vec![(Vec::new(), Vec::new()); self.0.len()];
+        for (way, value) in pairs {
+            let group = self.0.partition_point(|end| *end <= way);
+            let (ways, values) = &mut groups[group.min(self.0.len() - 1)];
+            ways.push(way);
+            values.push(value);
+        }
+        groups
+    }
+
+    /// Whether the `residuals` of a law with this number of parameters depend on the way more than
+    /// by chance, and notably: whether the law does not fit.
+    pub(super) fn reject(
+        &self,
+        observations: &[Observation],
+        residuals: &[f64],
+        parameters: usize,
+    ) -> bool {
+        let pairs = observations.iter().zip(residuals);
+        let pairs = pairs.filter_map(|(o, r)| one_way(o).map(|(way, _)| (way, *r)));
+        let groups = self.split(pairs);
+        let centre = |values: &[f64]| median(values.to_vec());
+        let within = groups.iter().flat_map(|(_, values)| {
+            let centre = centre(values);
+            values.iter().map(move |value| value - centre)
+        });
+        let scale = scale_of(&within.collect::<Vec<_>>());
+        let filled = groups.iter().filter(|(_, values)| !values.is_empty());
+        let (mut sum, mut squares, mut count) = (0.0, 0.0, 0usize);
+        for (_, values) in filled {
+            let off = centre(values);
+            sum += values.len() as f64 * (off / scale).powi(2) / MEDIAN_VARIANCE;
+            squares += off * off;
+            count += 1;
+        }
+        let Some(freedom) = count.checked_sub(parameters).filter(|freedom| *freedom > 0) else {
+            return false;
+        };
+        let times = observations.iter().filter(|o| one_way(o).is_some());
+        let typical = median(times.map(|o| o.time).collect());
+        let is_notable = (squares / count as f64).sqrt() > NOTABLE * typical;
+        let limit = ChiSquared::new(freedom as f64).map(|chi| chi.inverse_cdf(1.0 - REJECTION));
+        is_notable && limit.is_ok_and(|limit| sum > limit)
+    }
+
+    /// The table of these observations of an arm with this lift, `2 h` [m]. `dwell` is where the
+    /// search for the dwells begins; they stay if no way out is known, because they are then part of
+    /// the times.
+    pub(super) fn table(
+        &self,
+        observations: &[Observation],
+        lift: f64,
+        dwell: &[f64],
+    ) -> TableEstimate {
+        let mut estimate = TableEstimate {
+            points: Vec::new(),
+            dwell: dwell.to_vec(),
+        };
+        let has_out = observations.iter().any(|o| matches!(o.leg, Leg::Out(_)));
+        for _ in 0..if has_out { 8 } else { 1 } {
+            let pairs = observations.iter().filter_map(|o| {
+                let (way, bin) = one_way(o)?;
+                let dwell = bin.map_or(0.0, |bin| estimate.dwell[bin]);
+                Some((way + lift, o.time - dwell))
+            });
+            let ends = self.0.iter().map(|end| end + lift).collect();
+            estimate.points = Self(ends).points(pairs);
+            if has_out {
+                estimate.dwell = dwells(observations, lift, &estimate, dwell);
+            }
+        }
+        estimate
+    }
+
+    fn points(&self, pairs: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
+        let groups = self.split(pairs);
+        let groups = groups.into_iter().filter(|(ways, _)| !ways.is_empty());
+        let groups: Vec<(f64, f64, f64)> = groups
+            .map(|(ways, values)| (ways.len() as f64, median(ways), median(values).max(0.0)))
+            .collect();
+        let levels = monotone(groups.iter().map(|group| (group.0, group.2)));
+        let points = groups
+            .iter()
+            .zip(levels)
+            .map(|(group, level)| (group.1, level));
+        let mut points: Vec<(f64, f64)> = points.collect();
+        points.dedup_by(|next, point| next.0 <= point.0);
+        let slope = match points.as_slice() {
+            [first, second, ..] => (second.1 - first.1) / (second.0 - first.0),
+            _ => 0.0,
+        };
+        if let Some(&(way, time)) = points.first().filter(|point| point.0 > 0.0) {
+            points.insert(0, (0.0, (time - slope * way).max(0.0)));
+        }
+        if let [only] = points[..] {
+            points.push((only.0 + 1.0, only.1));
+        }
+        points
+    }
+}
+
+/// The median of what the ways back take longer than the table says, for each bin; `before` where
+/// there is none.
+fn dwells(
+    observations: &[Observation],
+    lift: f64,
+    table: &TableEstimate,
+    before: &[f64],
+) -> Vec<f64> {
+    let dwell = |bin: usize| {
+        let longer = observations.iter().filter_map(|o| match o.leg {
+            Leg::Back(way, own) if own == bin => Some(o.time - table.time(way + lift)),
+            _ => None,
+        });
+        let longer: Vec<f64> = longer.collect();
+        match longer.is_empty() {
+            true => before[bin],
+            false => median(longer).max(0.0),
+        }
+    };
+    (0..before.len()).map(dwell).collect()
+}
+
+impl TableEstimate {
+    /// T of a path of this length [m].
+    pub(super) fn time(&self, length: f64) -> f64 {
+        crate::kinematics::TravelLaw::Table(self.points.clone()).time(length)
+    }
+
+    /// The time that a leg takes [s] with this lift, `2 h` [m]; `None` for one that chases an item.
+    pub(super) fn predict(&self, leg: &Leg, lift: f64) -> Option<f64> {
+        match *leg {
+            Leg::Out(way) => Some(self.time(way + lift)),
+            Leg::Back(way, bin) => Some(self.dwell[bin] + self.time(way + lift)),
+            Leg::Whole(out, back, bin) => {
+                Some(self.dwell[bin] + self.time(out + lift) + self.time(back + lift))
+            }
+            Leg::Chase(_) | Leg::ChaseHome(..) => None,
+        }
+    }
+}
+
+/// The nearest values that never decrease, by least squares with weights.
+fn monotone(weighted: impl Iterator<Item = (f64, f64)>) -> Vec<f64> {
+    let mut blocks: Vec<(f64, f64, usize)> = Vec::new();
+    for (weight, value) in weighted {
+        blocks.push((weight, value, 1));
+        while let [.., (w1, v1, n1), (w2, v2, n2)] = blocks[..]
+            && v1 > v2
+        {
+            blocks.truncate(blocks.len() - 2);
+            blocks.push((w1 + w2, (w1 * v1 + w2 * v2) / (w1 + w2), n1 + n2));
+        }
+    }
+    let levels = blocks.iter();
+    levels
+        .flat_map(|&(_, value, count)| std::iter::repeat_n(value, count))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_decreases_is_pooled() {
+        let values = [(1.0, 1.0), (1.0, 3.0), (3.0, 2.0), (1.0, 4.0), (1.0, 0.0)];
+        let found = monotone(values.into_iter());
+        // 3 and 2 by 1:3, then 4 and 0 with them: (2.25 * 4 + 4 + 0) / 6.
+        let pooled = (2.25 * 4.0 + 4.0) / 6.0;
+        assert_eq!(found[0], 1.0);
+        assert!(
+            found[1..]
+                .iter()
+                .all(|value| (value - pooled).abs() < 1e-12),
+            "{found:?}"
+        );
+    }
+}
