@@ -32,7 +32,11 @@ const LAYOUTS: [(&str, Layout); 2] = [
 fn course(items: usize) -> Course {
     let station = built_in("paper").unwrap().station(Some(2)).unwrap();
     let pattern = grid(station.belt().width, 0.15, items).unwrap();
-    Course { station, pattern }
+    Course {
+        station,
+        pattern,
+        disturbances: pickline::sim::Disturbances::default(),
+    }
 }
 
 /// Decisions a second of 256 environments, 50 items a pattern.

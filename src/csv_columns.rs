@@ -13,6 +13,8 @@ pub(crate) struct KnownColumns<'k> {
     /// The index of the known column with this name in lower case, and the factor from its unit to
     /// that of the reader.
     pub find: fn(&str) -> Option<(usize, f64)>,
+    /// Whether a column that is not known was probably meant to be.
+    pub is_misspelt: fn(&str) -> bool,
     /// How an empty file should begin: the cure.
     pub beginning: &'k str,
     /// What the header needs: the cure for a missing column.
@@ -52,10 +54,7 @@ impl<'k> Columns<'k> {
         let mut ignored = Vec::new();
         for (place, column) in header.iter().enumerate() {
             let Some((index, factor)) = (known.find)(column) else {
-                // A single letter is always similar to `x` and `y`.
-                let names = known.names.iter().copied();
-                let meant = nearest(column, names).filter(|_| column.chars().count() > 1);
-                if meant.is_some() {
+                if (known.is_misspelt)(column) {
                     let problem = format!("unknown column `{}`", shown(column));
                     return Err(wrong(place, problem, known_names(column, known.names)));
                 }
@@ -139,6 +138,12 @@ impl<'k> Columns<'k> {
     pub(crate) fn place_of(&self, file: &CsvFile, column: usize) -> String {
         format!("{}:{}: {}", file.name(), file.line(), self.names[column])
     }
+}
+
+/// Whether `column` is similar to one of `names`.
+pub(crate) fn resembles(column: &str, names: &[&str]) -> bool {
+    // A single letter is always similar to `x` and `y`.
+    column.chars().count() > 1 && nearest(column, names.iter().copied()).is_some()
 }
 
 /// The factor from this unit of length to metres.

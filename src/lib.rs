@@ -87,6 +87,7 @@ pub mod checker;
 pub mod clearance;
 pub mod sim;
 pub mod throughput;
+pub mod purity;
 pub mod planning;
 pub mod policy;
 pub mod strategies;

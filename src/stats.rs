@@ -163,6 +163,33 @@ pub fn share_interval(hits: usize, trials: usize) -> Interval {
     }
 }
 
+/// 95 % interval of the share of hits among the trials of several samples, each with its `(hits,
+/// trials)`, by the ratio estimator (Cochran 1977, Sampling Techniques, ISBN 0-471-16240-X, section
+/// 6.3): samples have different numbers of trials, and those of one may depend on each other.
+/// Without any scatter it is that of [`share_interval`], because hits alone do not prove that
+/// nothing else is possible. `None` for fewer than two samples, and without trials.
+///
+/// # Panics
+/// With more hits than trials in total.
+pub fn pooled_share_interval(samples: &[(usize, usize)]) -> Option<Interval> {
+    let hits: usize = samples.iter().map(|sample| sample.0).sum();
+    let trials: usize = samples.iter().map(|sample| sample.1).sum();
+    if trials == 0 || samples.len() < 2 {
+        return None;
+    }
+    let share = hits as f64 / trials as f64;
+    let mean_trials = trials as f64 / samples.len() as f64;
+    let off = |(hits, trials): &(usize, usize)| {
+        let residual = (*hits as f64 - share * *trials as f64) / mean_trials;
+        residual * residual
+    };
+    let squares: f64 = samples.iter().map(off).sum();
+    match interval_of(samples.len(), share, squares)? {
+        ends if ends.is_wide() => Some(ends.within(0.0, 1.0)),
+        _ => Some(share_interval(hits, trials)),
+    }
+}
+
 /// Index resamples for a paired bootstrap (Efron 1979, DOI 10.1214/aos/1176344552). Every
 /// comparison uses the same resamples.
 #[derive(Debug)]
@@ -257,6 +284,59 @@ mod tests {
         assert!((interval.high - 0.997_25).abs() < 1e-4, "{interval:?}");
         assert_eq!(share_interval(10, 10).high, 1.0);
         assert_eq!(share_interval(0, 10).low, 0.0);
+    }
+
+    #[test]
+    fn pooled_shares_have_the_interval_of_a_ratio() {
+        // Equal numbers of trials: the mean of the shares, with Student's t.
+        let equal = [(8, 10), (9, 10), (7, 10), (10, 10)];
+        let shares = equal.map(|(hits, trials)| f64::from(hits) / f64::from(trials));
+        let samples = equal.map(|(hits, trials)| (hits as usize, trials as usize));
+        let pooled = pooled_share_interval(&samples).unwrap();
+        let plain = share_mean_interval(&shares).unwrap();
+        assert!(
+            (pooled.low - plain.low).abs() < 1e-12,
+            "{pooled:?} {plain:?}"
+        );
+        assert!((pooled.high - plain.high).abs() < 1e-12);
+        // Unequal numbers, by hand: 15 of 20; residuals 9 - 0.75 * 10 and 6 - 0.75 * 10, mean 10.
+        let wide = pooled_share_interval(&[(9, 10), (6, 10)]).unwrap();
+        assert_eq!((wide.low, wide.high), (0.0, 1.0));
+        let three = pooled_share_interval(&[(9, 10), (12, 20), (3, 6)]).unwrap();
+        let share = 24.0 / 36.0;
+        let residuals = [9.0 - 10.0 * share, 12.0 - 20.0 * share, 3.0 - 6.0 * share];
+        let squares: f64 = residuals.iter().map(|r| (r / 12.0) * (r / 12.0)).sum();
+        // t(0.975, 2) = 4.302653.
+        let half = 4.302_652_73 * (squares / 6.0).sqrt();
+        assert!(
+            (three.high - (share + half).min(1.0)).abs() < 1e-6,
+            "{three:?}"
+        );
+        assert!((three.low - (share - half)).abs() < 1e-6, "{three:?}");
+        // Nothing but hits is not certainty.
+        let hits = pooled_share_interval(&[(50, 50), (50, 50)]).unwrap();
+        assert_eq!(hits, share_interval(100, 100));
+        for none in [&[][..], &[(5, 6)], &[(0, 0), (0, 0)]] {
+            assert_eq!(pooled_share_interval(none), None);
+        }
+    }
+
+    /// 95 of 100 intervals contain the share that the samples were drawn with.
+    #[test]
+    fn intervals_of_pooled_shares_cover_the_truth() {
+        let mut rng = random_stream(11, 0);
+        let mut covered = 0;
+        for _ in 0..400 {
+            let samples: Vec<(usize, usize)> = (0..20)
+                .map(|_| {
+                    let trials = rng.random_range(10..80usize);
+                    let hits = (0..trials).filter(|_| rng.random::<f64>() < 0.9).count();
+                    (hits, trials)
+                })
+                .collect();
+            covered += usize::from(pooled_share_interval(&samples).unwrap().contains(0.9));
+        }
+        assert!((364..=395).contains(&covered), "{covered} of 400");
     }
 
     #[test]

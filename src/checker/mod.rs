@@ -16,12 +16,13 @@ use attempt::{Attempt, digits};
 use physics::{CheckedLine, bin_of, can_be_met, left_reason, slack, weight_of};
 use violation::Problem;
 
-use crate::decision::{Failure, FailureCause, MissReason, Outcome, Pick, RobotFigures};
+use crate::decision::{Failure, FailureCause, LeftReason, MissReason, Outcome, Pick, RobotFigures};
 use crate::error::{Error, Result, counted};
 use crate::pattern::Pattern;
 use crate::station::{Robot, Station};
 use nalgebra::Point2;
 use std::cmp::Ordering;
+use std::collections::HashSet;
 
 /// Who holds or held a claim on an item, and when the claim ends [s]; never for a picked item.
 type Claim = Option<(usize, f64)>;
@@ -32,6 +33,7 @@ type Claim = Option<(usize, f64)>;
 /// lists of missed items and of items left on purpose are consistent.
 /// With disturbances (`docs/model.md`), a failed attempt occupies its robot as long as a pick and
 /// claims its item until the end of the grasp. Whether a grasp fails is random and is not checked.
+/// Items may be left for their low `p_detection`, if all others have a higher one.
 ///
 /// # Errors
 /// [`Refuted`](crate::error::ErrorKind) with the first violation.
@@ -215,8 +217,16 @@ fn check_missed(
     outcome: &Outcome,
     claims: &[Option<(usize, f64)>],
 ) -> Result<()> {
+    let uncertain = too_uncertain(pattern, outcome)?;
     // The last claim on a picked item never ends.
-    let left = |item: u32| left_reason(station, &pattern.items()[item as usize]);
+    let left = |item: u32| {
+        let reason = left_reason(station, &pattern.items()[item as usize]);
+        reason.or_else(|| {
+            uncertain
+                .contains(&item)
+                .then_some(LeftReason::LowDetection)
+        })
+    };
     let all = || 0..pattern.len() as u32;
     let missing: Vec<u32> = all()
         .filter(|&item| claims[item as usize].is_none_or(|(_, ends)| ends.is_finite()))
@@ -268,6 +278,30 @@ fn check_missed(
         }
     }
     Ok(())
+}
+
+/// The items that are listed as left for their low `p_detection`, if some threshold explains them:
+/// every other item that the station takes has a higher one.
+fn too_uncertain(pattern: &Pattern, outcome: &Outcome) -> Result<HashSet<u32>> {
+    let listed = outcome.left.iter();
+    let listed = listed.filter(|left| left.reason == LeftReason::LowDetection);
+    let listed: HashSet<u32> = listed.map(|left| left.item).collect();
+    let p = |item: u32| {
+        let item = pattern.items().get(item as usize);
+        item.map_or(1.0, |item| item.p_detection.unwrap_or(1.0))
+    };
+    let highest = listed.iter().map(|item| p(*item)).reduce(f64::max);
+    let offered = outcome.missed.iter().map(|miss| miss.item);
+    let offered = offered.chain(outcome.picks.iter().map(|pick| pick.item));
+    let lowest = offered.map(p).fold(f64::INFINITY, f64::min);
+    match highest {
+        Some(highest) if highest == 1.0 || highest >= lowest => Err(Error::refuted(format!(
+            "an item with a p_detection of {highest} is left as too uncertain, but one with {} is \
+             to be picked",
+            lowest.min(1.0)
+        ))),
+        _ => Ok(listed),
+    }
 }
 
 fn check_figures(station: &Station, pattern: &Pattern, outcome: &Outcome) -> Result<()> {

@@ -1,7 +1,7 @@
 //! The file of a run: CSV with a header and one attempt per line, as this or another program wrote
 //! it.
 
-use crate::csv_columns::{Columns, KnownColumns, metres, seconds, unit_factor};
+use crate::csv_columns::{Columns, KnownColumns, metres, resembles, seconds, unit_factor};
 use crate::csv_file::CsvFile;
 use crate::decision::{FailureCause, Pick};
 use crate::error::{Error, Result, known_names, nearest, shown};
@@ -33,6 +33,7 @@ const KNOWN: KnownColumns = KnownColumns {
     ],
     required: 5,
     find: known_column,
+    is_misspelt: |column| resembles(column, KNOWN.names),
     beginning: "start it with the header `robot,item,decide_s,grasp_s,release_s,bin`; `pickline \
                 simulate --format csv` writes one",
     needs: "the header needs robot, item, decide_s, grasp_s and release_s",

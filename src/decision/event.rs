@@ -85,6 +85,7 @@ mod tests {
             candidates: &[],
             free_at: &[0.0, 0.0],
             places: &[0, 0],
+            candidate_odds: &[],
             in_view: &[],
         };
         let (robot, item) = (0, 5);

@@ -4,12 +4,14 @@
 mod candidate;
 mod event;
 pub mod observation;
+mod odds;
 mod outcome;
 mod snapshot;
 mod strategy;
 
 pub use candidate::{Candidate, Moment};
 pub use event::{Event, Observer};
+pub use odds::Odds;
 pub use outcome::{
     Failure, FailureCause, Figures, LeftItem, LeftReason, Miss, MissReason, Outcome, Pick,
     RobotFigures,

@@ -109,6 +109,8 @@ pub enum LeftReason {
     Unwanted,
     /// No robot has a bin for its class.
     NoBin,
+    /// Its `p_detection` is below the threshold for picking.
+    LowDetection,
 }
 
 impl LeftReason {

@@ -1,6 +1,7 @@
 //! What a strategy sees when a robot must decide.
 
 use super::candidate::{Candidate, Moment};
+use super::odds::Odds;
 use crate::error::counted;
 use crate::station::{ClassId, Station};
 
@@ -19,6 +20,8 @@ pub struct BeltItem {
     pub weight: f64,
     /// Its class on the station.
     pub class: ClassId,
+    /// What can go wrong with it.
+    pub odds: Odds,
 }
 
 /// The state at a decision.
@@ -32,6 +35,8 @@ pub struct Snapshot<'a> {
     pub robot: usize,
     /// The items that the robot can pick now, downstream first; never empty.
     pub candidates: &'a [Candidate],
+    /// What can go wrong with each of them; empty if nothing can.
+    pub candidate_odds: &'a [Odds],
     /// When each robot is free [s]: at most `time` if it is idle, infinite if it waits forever.
     pub free_at: &'a [f64],
     /// Where each robot's arm is, or will be once it is free: an index for
@@ -69,6 +74,11 @@ impl<'a> Snapshot<'a> {
             text += ", ...";
         }
         text
+    }
+
+    /// What can go wrong with candidate number `place`.
+    pub fn odds_of(&self, place: usize) -> Odds {
+        self.candidate_odds.get(place).copied().unwrap_or_default()
     }
 
     /// Time until robot `index` is free [s]; 0 if it is idle.

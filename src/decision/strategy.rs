@@ -133,6 +133,7 @@ mod tests {
             candidates: &candidates,
             free_at: &[0.0, 0.0],
             places: &[0, 0],
+            candidate_odds: &[],
             in_view: &[],
         };
         answer(strategy, &snapshot)
@@ -219,6 +220,7 @@ mod tests {
             candidates: &[],
             free_at: &[1.0, 5.5],
             places: &[0, 0],
+            candidate_odds: &[],
             in_view: &[],
         };
         assert_eq!(snapshot.time_until_free(0), 0.0);

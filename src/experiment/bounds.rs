@@ -1,5 +1,6 @@
 //! Upper bounds for every strategy on the patterns of a comparison.
 
+use super::class_result::{ClassBound, class_bounds, class_results};
 use super::comparison::{CaseBound, CaseResult, Comparison};
 use super::draws::Draws;
 use crate::error::Result;
@@ -8,6 +9,9 @@ use crate::planning::bound::{Bound, certified_percent};
 use crate::station::Station;
 use crate::stats;
 use rayon::prelude::*;
+
+/// The bound of a pattern, and those of its classes.
+type PatternBound = (Bound, Vec<ClassBound>);
 
 /// Bounds every pattern of `comparison`, which was made on `station` from `draws`. A stop
 /// request takes effect after a whole case; later cases have no bound.
@@ -25,7 +29,7 @@ pub fn add_bounds(
     progress.begin("bounding", total as u64, "patterns");
     for result in &mut comparison.cases {
         let drawn = draws.patterns(&result.case, station)?;
-        let bounds: Result<Vec<Bound>> = drawn
+        let bounds: Result<Vec<PatternBound>> = drawn
             .par_iter()
             .enumerate()
             .map(|(place, (seed, pattern))| {
@@ -33,15 +37,24 @@ pub fn add_bounds(
                 let picked = picked.map(|method| method.runs[place].figures.picked).max();
                 let scene = draws.scene(*seed, pattern, station)?;
                 let bound = bound_beside(&scene, picked.unwrap_or_default(), environment)?;
+                let classes = result.methods.iter();
+                let classes = classes.map(|method| method.runs[place].classes.as_slice());
+                let classes: Vec<_> = classes.collect();
+                let classes = class_bounds(&scene, &classes, environment)?;
                 progress.advance(1);
-                Ok(bound)
+                Ok((bound, classes))
             })
             .collect();
         let bounds = match bounds {
             Err(error) if error.is_interrupted() => break,
             bounds => bounds?,
         };
+        let (bounds, of_classes): (Vec<Bound>, Vec<_>) = bounds.into_iter().unzip();
         result.bound = Some(summarise(result, &bounds));
+        for method in &mut result.methods {
+            let classes = method.runs.iter().map(|run| run.classes.as_slice());
+            method.classes = class_results(classes, Some(&of_classes));
+        }
     }
     progress.end();
     Ok(())

@@ -1,7 +1,9 @@
 //! The cases of a comparison.
 
 use crate::error::Result;
-use crate::pattern::{self, Feed, FeedShape, Feeder, Pattern, grid, poisson_disk, random_stream};
+use crate::pattern::{
+    self, Attributes, Feed, FeedShape, Feeder, Pattern, grid, poisson_disk, random_stream,
+};
 use crate::station::Belt;
 use rand::rngs::ChaCha8Rng;
 use std::path::{Path, PathBuf};
@@ -28,6 +30,8 @@ pub struct Case {
     pub source: CaseSource,
     /// Items in each pattern; for a profile, the maximum; 0 for a recorded pattern.
     pub items: usize,
+    /// What its items have besides their position, if they are generated.
+    pub attributes: Attributes,
 }
 
 /// A built-in case.
@@ -99,7 +103,17 @@ impl Case {
             name: format!("{kind} {distance}, {items} items"),
             source,
             items,
+            attributes: Attributes::default(),
         }
+    }
+
+    /// The same with these attributes of its items; a recorded case keeps its own.
+    #[must_use]
+    pub fn with_attributes(mut self, attributes: Attributes) -> Self {
+        if self.is_generated() {
+            self.attributes = attributes;
+        }
+        self
     }
 
     /// The file that the case reads: a recorded pattern or a profile.
@@ -113,6 +127,11 @@ impl Case {
 
     /// Whether its patterns depend on the seed.
     pub fn is_random(&self) -> bool {
+        self.attributes != Attributes::default() || self.has_random_places()
+    }
+
+    /// Whether the positions of its items depend on the seed.
+    fn has_random_places(&self) -> bool {
         match &self.source {
             CaseSource::Grid(_) | CaseSource::File(_) => false,
             CaseSource::Poisson(_) => true,
@@ -121,7 +140,7 @@ impl Case {
     }
 
     /// Whether its patterns are generated rather than recorded.
-    pub(crate) fn is_generated(&self) -> bool {
+    pub fn is_generated(&self) -> bool {
         !matches!(self.source, CaseSource::File(_))
     }
 
@@ -156,11 +175,21 @@ impl Case {
     ) -> Result<Vec<(Option<u64>, Pattern)>> {
         let replicated = |draw: &dyn Fn(&mut ChaCha8Rng) -> Result<Pattern>| {
             let seeds = (0..replicates as u64).map(|r| first_seed.wrapping_add(r));
-            let drawn = seeds.map(|seed| Ok((Some(seed), draw(&mut random_stream(seed, 0))?)));
+            let drawn = seeds.map(|seed| {
+                let mut rng = random_stream(seed, 0);
+                let pattern = draw(&mut rng)?;
+                Ok((Some(seed), self.attributes.apply(pattern, &mut rng)?))
+            });
             drawn.collect()
         };
         match &self.source {
-            CaseSource::Grid(spacing) => Ok(vec![(None, grid(belt.width, *spacing, self.items)?)]),
+            CaseSource::Grid(spacing) => {
+                let grid = |_: &mut ChaCha8Rng| grid(belt.width, *spacing, self.items);
+                match self.is_random() {
+                    true => replicated(&grid),
+                    false => Ok(vec![(None, grid(&mut random_stream(0, 0))?)]),
+                }
+            }
             CaseSource::File(path) => Ok(vec![(None, pattern::load(path)?.pattern)]),
             CaseSource::Poisson(radius) => {
                 replicated(&|rng| poisson_disk(belt.width, *radius, self.items, rng))
@@ -169,7 +198,7 @@ impl Case {
                 let shape = FeedShape::default();
                 let feeder = Feeder::new(feed, *flow, belt, shape);
                 let feeder = feeder.map_err(|error| error.inside(&self.name).into_input())?;
-                match feed.is_random() {
+                match self.is_random() {
                     true => replicated(&|rng| feeder.draw(self.items, rng)),
                     false => {
                         let pattern = feeder.draw(self.items, &mut random_stream(0, 0))?;
@@ -204,6 +233,7 @@ mod tests {
             name: "c".into(),
             source,
             items,
+            attributes: Attributes::default(),
         }
     }
 

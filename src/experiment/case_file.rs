@@ -3,7 +3,7 @@
 use super::case::{Case, CaseSource, built_in_cases};
 use crate::error::{Error, Result, known_names, shown, shown_number};
 use crate::files::{is_path, read_text};
-use crate::pattern::{FEEDS, Feed};
+use crate::pattern::{Attributes, FEEDS, Feed};
 use crate::toml_file::{File, Section};
 use std::path::{Path, PathBuf};
 
@@ -93,6 +93,7 @@ fn read_case(section: &Section, folder: Option<&Path>) -> Result<Case> {
         name,
         source,
         items,
+        attributes: Attributes::default(),
     })
 }
 

@@ -1,6 +1,7 @@
 //! Compares methods on cases, with paired differences.
 
 use super::case::Case;
+use super::class_result::class_results;
 use super::comparison::{CaseResult, Comparison, MethodResult};
 use super::draws::Draws;
 use super::method::{Method, MethodRun};
@@ -8,6 +9,7 @@ use crate::decision::Figures;
 use crate::error::{Error, Result};
 use crate::optimize::Environment;
 use crate::pattern::Pattern;
+use crate::purity::PurityByBin;
 use crate::station::Station;
 use crate::stats;
 use crate::throughput::Throughput;
@@ -61,7 +63,7 @@ pub fn compare_methods(
             seeds,
             methods: summarise(&by_pattern, methods.len()),
             bound: None,
-            weighs: patterns.iter().any(Pattern::has_attributes),
+            weighs: patterns.iter().any(|pattern| pattern.weighs_on(station)),
         });
     }
     environment.progress.end();
@@ -92,7 +94,13 @@ fn summarise(by_pattern: &[Vec<MethodRun>], methods: usize) -> Vec<MethodResult>
             let differences: Vec<f64> = rates.iter().zip(&first).map(|(a, b)| a - b).collect();
             let picking_rate = stats::mean(&rates);
             let shares = figure(method, &Figures::picked_share);
+            let contents = by_pattern.iter().map(|runs| runs[method].contents.as_ref());
+            let contents: Option<Vec<_>> = contents.collect();
+            let classes = by_pattern
+                .iter()
+                .map(|runs| runs[method].classes.as_slice());
             MethodResult {
+                classes: class_results(classes, None),
                 runs: by_pattern.iter().map(|runs| runs[method].clone()).collect(),
                 picked_share: stats::mean(&shares),
                 picked_share_interval: stats::share_mean_interval(&shares),
@@ -108,6 +116,7 @@ fn summarise(by_pattern: &[Vec<MethodRun>], methods: usize) -> Vec<MethodResult>
                 } else {
                     0.0
                 },
+                purity: contents.and_then(|contents| PurityByBin::of(&contents)),
             }
         })
         .collect()

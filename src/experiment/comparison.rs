@@ -1,7 +1,9 @@
 //! The result of a comparison: all methods on all cases.
 
 use super::case::Case;
+use super::class_result::ClassResult;
 use super::method::{Method, MethodRun};
+use crate::purity::PurityByBin;
 use crate::stats::Interval;
 use crate::throughput::Throughput;
 
@@ -30,6 +32,10 @@ pub struct MethodResult {
     pub difference: Option<Interval>,
     /// Excess of the mean picking rate over the first method's, as a share.
     pub benefit: f64,
+    /// Purity and recovery; `None` unless detections may be wrong.
+    pub purity: Option<PurityByBin>,
+    /// What it picked of each class; empty if no item has a class that matters on the station.
+    pub classes: Vec<ClassResult>,
 }
 
 /// All methods on one case.
@@ -44,7 +50,8 @@ pub struct CaseResult {
     pub methods: Vec<MethodResult>,
     /// What no strategy can exceed, if the bound was requested.
     pub bound: Option<CaseBound>,
-    /// Whether items have attributes, so that weight differs from the count.
+    /// Whether items have attributes or classes of different value, so that weight differs from the
+    /// count.
     pub weighs: bool,
 }
 

@@ -25,8 +25,10 @@ impl Draws<'_> {
         station: &Station,
     ) -> Result<Vec<(Option<u64>, Pattern)>> {
         let patterns = case.patterns(station.belt(), self.replicates, self.first_seed)?;
-        let random = patterns.iter().any(|(seed, _)| seed.is_some());
-        if random || !self.conditions.disturbances.any() {
+        let has_seeds = patterns.iter().any(|(seed, _)| seed.is_some());
+        let chance = &self.conditions.disturbances;
+        let draws = |(_, pattern): &(_, Pattern)| chance.draws_detections(pattern.items());
+        if has_seeds || !(chance.may_fail() || patterns.iter().any(draws)) {
             return Ok(patterns);
         }
         let seeds = (0..self.replicates as u64).map(|r| Some(self.first_seed.wrapping_add(r)));

@@ -3,7 +3,8 @@
 use crate::decision::{Figures, Outcome};
 use crate::dispatch::{RULES, RuleAssignment};
 use crate::error::{Error, Result};
-use crate::sim::{AssignmentTree, Scene, simulate, simulate_rules};
+use crate::purity::{BinContents, bin_contents};
+use crate::sim::{AssignmentTree, ClassRun, Scene, class_runs, simulate, simulate_rules};
 use crate::strategies::{Blueprint, POLICY};
 use crate::throughput::{SteadyState, Unsteady, steady_state};
 
@@ -27,6 +28,10 @@ pub struct MethodRun {
     pub figures: Figures,
     /// The steady state of the run, or why there is none.
     pub steady: std::result::Result<SteadyState, Unsteady>,
+    /// What truly went into the bins; `None` unless detections may be wrong.
+    pub contents: Option<BinContents>,
+    /// What it picked of each class, on a station where classes matter.
+    pub classes: Vec<ClassRun>,
     /// The assignment that greedy GT chose.
     pub chosen: Option<RuleAssignment>,
 }
@@ -36,6 +41,12 @@ impl MethodRun {
         Self {
             figures: outcome.figures,
             steady: steady_state(scene, outcome),
+            contents: scene
+                .conditions()
+                .disturbances
+                .misdetections
+                .then(|| bin_contents(scene, &outcome.picks)),
+            classes: class_runs(scene, outcome),
             chosen,
         }
     }

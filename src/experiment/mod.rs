@@ -3,6 +3,7 @@
 mod bounds;
 mod case;
 mod case_file;
+mod class_result;
 mod compare;
 mod comparison;
 mod draws;
@@ -11,11 +12,13 @@ pub mod paper;
 mod range;
 mod sweep;
 mod sweep_result;
+mod threshold;
 mod training;
 
 pub use bounds::add_bounds;
 pub use case::{Case, CaseSource};
 pub use case_file::load_cases;
+pub use class_result::{ClassBound, ClassResult, class_bounds};
 pub use compare::compare_methods;
 pub use comparison::{CaseBound, CaseResult, Comparison, MethodResult};
 pub use draws::Draws;
@@ -24,4 +27,5 @@ pub(crate) use range::{Range, round_step, step_between};
 pub use range::{ValueLimit, find_limits};
 pub use sweep::{Axis, Setting, sweep_settings};
 pub use sweep_result::{AS_GOOD, Limit, Sweep, SweepBound, SweepPoint, SweepValue, SweptMethod};
+pub use threshold::{ChosenThreshold, ThresholdChoice, ThresholdChoices, choose_thresholds};
 pub use training::training_set;

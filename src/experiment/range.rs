@@ -27,16 +27,38 @@ impl Range {
     /// # Errors
     /// A range that is empty, reversed or far too fine.
     pub(crate) fn values(&self) -> Result<Vec<f64>> {
+        if !(self.from > 0.0 && self.from.is_finite()) {
+            return Err(Error::usage(
+                "'from'",
+                format!("{} is not a valid start of a sweep", self.from),
+                "give a number above 0",
+            ));
+        }
+        self.steps()
+    }
+
+    /// The same for values from 0 to 1, both included.
+    ///
+    /// # Errors
+    /// A range that is empty, reversed, far too fine, or beyond 0 to 1.
+    pub(crate) fn probabilities(&self) -> Result<Vec<f64>> {
+        for (setting, value) in [("'from'", self.from), ("'to'", self.to)] {
+            if !(0.0..=1.0).contains(&value) {
+                return Err(Error::usage(
+                    setting,
+                    format!("{value} is not a probability"),
+                    "give a number from 0 to 1",
+                ));
+            }
+        }
+        self.steps()
+    }
+
+    /// The values of a range that begins at a valid value.
+    fn steps(&self) -> Result<Vec<f64>> {
         let Self { from, to, step } = *self;
         let wrong =
             |setting: &str, problem: String, cure: &str| Err(Error::usage(setting, problem, cure));
-        if !(from > 0.0 && from.is_finite()) {
-            return wrong(
-                "'from'",
-                format!("{from} is not a valid start of a sweep"),
-                "give a number above 0",
-            );
-        }
         if !(to >= from && to.is_finite()) {
             return wrong(
                 "'to'",
@@ -203,6 +225,23 @@ mod tests {
             (1.0, 2.0, -0.1, "'step': "),
             (1.0, 2.0, 1e-9, "'step': "),
             (1.0, 2.0, f64::NAN, "'step': "),
+        ] {
+            let message = range(from, to, step).unwrap_err().to_string();
+            assert!(message.starts_with(flag), "{from} {to} {step}: {message}");
+        }
+    }
+
+    #[test]
+    fn probabilities_are_from_0_to_1() {
+        let range = |from, to, step| Range { from, to, step }.probabilities();
+        assert_eq!(range(0.0, 1.0, 0.5).unwrap(), [0.0, 0.5, 1.0]);
+        assert_eq!(range(0.3, 0.3, 0.1).unwrap(), [0.3]);
+        for (from, to, step, flag) in [
+            (-0.1, 1.0, 0.1, "'from': "),
+            (f64::NAN, 1.0, 0.1, "'from': "),
+            (0.5, 1.1, 0.1, "'to': "),
+            (0.5, 0.4, 0.1, "'to': "),
+            (0.0, 1.0, 0.0, "'step': "),
         ] {
             let message = range(from, to, step).unwrap_err().to_string();
             assert!(message.starts_with(flag), "{from} {to} {step}: {message}");

@@ -1,5 +1,7 @@
-//! Varies one quantity of the line: belt speed, robots, spacing or reach.
+//! Varies one quantity of the line: belt speed, robots, spacing, reach, or the threshold of
+//! detections.
 
+use super::class_result::{ClassBound, class_bounds, class_results};
 use super::method::{Method, MethodRun};
 use super::sweep_result::{Sweep, SweepBound, SweepPoint, SweepValue};
 use crate::clearance;
@@ -8,6 +10,7 @@ use crate::error::{Error, Result, known_names, shown};
 use crate::optimize::{Environment, bound_beside};
 use crate::pattern::Pattern;
 use crate::planning::bound::{Bound, certified_percent};
+use crate::purity::PurityByBin;
 use crate::sim::{Conditions, Scene};
 use crate::station::Station;
 use crate::stats;
@@ -27,6 +30,9 @@ pub enum Axis {
     Spacing,
     /// Reach of every robot [m].
     Reach,
+    /// Lowest `p_detection` of items that are picked.
+    #[strum(serialize = "min-detection")]
+    MinDetection,
 }
 
 impl Axis {
@@ -49,7 +55,7 @@ impl Axis {
         })
     }
 
-    /// The name: `speed`, `robots`, `spacing` or `reach`.
+    /// The name: `speed`, `robots`, `spacing`, `reach` or `min-detection`.
     pub fn name(self) -> &'static str {
         self.into()
     }
@@ -57,14 +63,14 @@ impl Axis {
     /// Whether larger values help. If so, everything is picked from some value on, rather than
     /// up to one.
     pub fn helps(self) -> bool {
-        matches!(self, Self::Robots | Self::Reach)
+        matches!(self, Self::Robots | Self::Reach | Self::MinDetection)
     }
 
-    /// The unit of the values: `m/s`, `m`, or `1` for robots.
+    /// The unit of the values: `m/s`, `m`, or `1` for robots and probabilities.
     pub fn unit(self) -> &'static str {
         match self {
             Self::Speed => "m/s",
-            Self::Robots => "1",
+            Self::Robots | Self::MinDetection => "1",
             Self::Spacing | Self::Reach => "m",
         }
     }
@@ -77,6 +83,9 @@ pub struct Setting {
     pub value: f64,
     /// The station at this value.
     pub station: Station,
+    /// Items with a lower `p_detection` are left on the belt; `None` for the threshold of the
+    /// sweep's conditions.
+    pub min_detection: Option<f64>,
     /// The methods, of the same kinds in the same order at every value.
     pub methods: Vec<Method>,
 }
@@ -93,6 +102,8 @@ fn run_methods(
     if environment.stopped() {
         return Err(Error::interrupted());
     }
+    let least = setting.min_detection.unwrap_or(conditions.min_detection);
+    let conditions = conditions.with_min_detection(least);
     let scene = Scene::under(&setting.station, pattern, conditions)?;
     let runs = setting.methods.iter().map(|method| method.run(&scene));
     let runs: Vec<MethodRun> = runs.collect::<Result<_>>()?;
@@ -100,7 +111,18 @@ fn run_methods(
     let bound = bounded
         .then(|| bound_beside(&scene, picked.unwrap_or_default(), environment))
         .transpose()?;
-    Ok(Runs { runs, bound })
+    let classes = match bounded {
+        true => {
+            let classes: Vec<_> = runs.iter().map(|run| run.classes.as_slice()).collect();
+            class_bounds(&scene, &classes, environment)?
+        }
+        false => Vec::new(),
+    };
+    Ok(Runs {
+        runs,
+        bound,
+        classes,
+    })
 }
 
 /// Runs all methods at all settings on the same patterns. If failures are simulated, pattern i
@@ -156,7 +178,9 @@ pub fn sweep_settings(
     Ok(Sweep {
         values,
         planned: settings.len(),
-        weighs: patterns.iter().any(Pattern::has_attributes),
+        weighs: settings
+            .iter()
+            .any(|setting| patterns.iter().any(|p| p.weighs_on(&setting.station))),
     })
 }
 
@@ -164,15 +188,24 @@ pub fn sweep_settings(
 struct Runs {
     runs: Vec<MethodRun>,
     bound: Option<Bound>,
+    /// The bounds of the classes.
+    classes: Vec<ClassBound>,
 }
 
 /// The figures of every method at one value.
 fn summarise_methods(methods: &[Method], by_pattern: &[Runs]) -> Vec<SweepPoint> {
     let bounds = by_pattern.iter().map(|runs| runs.bound.as_ref());
     let most: Option<f64> = bounds.map(|bound| bound.map(|bound| bound.value)).sum();
+    let of_classes: Vec<Vec<ClassBound>> =
+        by_pattern.iter().map(|runs| runs.classes.clone()).collect();
     let point = |(i, method): (usize, &Method)| {
         let runs: Vec<&MethodRun> = by_pattern.iter().map(|runs| &runs.runs[i]).collect();
-        summarise(method, &runs, most)
+        let classes = runs.iter().map(|run| run.classes.as_slice());
+        let classes = class_results(classes, most.map(|_| of_classes.as_slice()));
+        SweepPoint {
+            classes,
+            ..summarise(method, &runs, most)
+        }
     };
     methods.iter().enumerate().map(point).collect()
 }
@@ -196,6 +229,7 @@ fn summarise(method: &Method, runs: &[&MethodRun], most: Option<f64>) -> SweepPo
     let all = |of: &dyn Fn(&Figures) -> f64| -> Vec<f64> { figures.iter().map(of).collect() };
     let shares = all(&Figures::picked_share);
     let rates = all(&Figures::picking_rate);
+    let contents: Option<Vec<_>> = runs.iter().map(|run| run.contents.as_ref()).collect();
     let of_patterns = |holds: &dyn Fn(&Figures) -> bool| {
         figures.iter().filter(|run| holds(run)).count() as f64 / runs.len() as f64
     };
@@ -214,7 +248,9 @@ fn summarise(method: &Method, runs: &[&MethodRun], most: Option<f64>) -> SweepPo
             let picked: usize = figures.iter().map(|run| run.picked).sum();
             certified_percent(picked as f64, most)
         }),
+        purity: contents.and_then(|contents| PurityByBin::of(&contents)),
         complete: figures.iter().map(Figures::complete).collect(),
+        classes: Vec::new(),
     }
 }
 
@@ -229,6 +265,7 @@ mod tests {
             (Axis::Robots, "robots", "1", true),
             (Axis::Spacing, "spacing", "m", false),
             (Axis::Reach, "reach", "m", true),
+            (Axis::MinDetection, "min-detection", "1", true),
         ] {
             assert_eq!(Axis::named(name).unwrap(), axis);
             assert_eq!(

@@ -1,6 +1,8 @@
 //! What a sweep found: each method at each value, and up to which value it picks everything.
 
+use super::class_result::ClassResult;
 use crate::error::{Error, Result, known_names, shown};
+use crate::purity::PurityByBin;
 use crate::stats::Interval;
 use crate::throughput::Throughput;
 
@@ -34,6 +36,10 @@ pub struct SweepPoint {
     pub nearly_complete_share: f64,
     /// Picks over all patterns as a proven share of the optimum [%]; `None` if not requested.
     pub certified: Option<f64>,
+    /// Purity and recovery; `None` unless detections may be wrong.
+    pub purity: Option<PurityByBin>,
+    /// What it picked of each class; empty if no item has a class that matters on the station.
+    pub classes: Vec<ClassResult>,
     /// For each pattern, whether everything was picked.
     pub(super) complete: Vec<bool>,
 }
@@ -79,7 +85,8 @@ pub struct Sweep {
     pub values: Vec<SweepValue>,
     /// Number of values that were asked for; fewer are complete after a stop request.
     pub planned: usize,
-    /// Whether items have attributes, so that weight differs from the count.
+    /// Whether items have attributes or classes of different value, so that weight differs from the
+    /// count.
     pub weighs: bool,
 }
 
@@ -239,6 +246,8 @@ mod tests {
             complete_share: 1.0,
             nearly_complete_share: 1.0,
             certified: None,
+            purity: None,
+            classes: Vec::new(),
             complete: vec![true],
         };
         let values = throughputs.iter().zip(arms_meet).enumerate();

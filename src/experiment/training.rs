@@ -43,7 +43,7 @@ pub fn training_set(
                     belt: *belt,
                     items: case.items,
                     shape: Default::default(),
-                    attributes: Default::default(),
+                    attributes: case.attributes.clone(),
                     seed,
                 };
                 grids_around(*spacing, &recipe, each)?.patterns
@@ -135,6 +135,7 @@ mod tests {
             name: name.into(),
             source,
             items,
+            attributes: Default::default(),
         };
         let cases = [
             case("own", CaseSource::File(file), 0),

@@ -1,7 +1,7 @@
 //! The file of recorded moves: CSV with a header and one move per line.
 
 use super::timed_move::TimedMove;
-use crate::csv_columns::{Columns, KnownColumns, metres, seconds, unit_factor};
+use crate::csv_columns::{Columns, KnownColumns, metres, resembles, seconds, unit_factor};
 use crate::csv_file::CsvFile;
 use crate::error::{Error, Result};
 use crate::station::{Station, robot_called};
@@ -23,6 +23,7 @@ const KNOWN: KnownColumns = KnownColumns {
     ],
     required: 5,
     find: known_column,
+    is_misspelt: |column| resembles(column, KNOWN.names),
     beginning: "start it with the header \
                 `robot,from_x,from_y,meet_x,meet_y,depart_s,grasp_s,bin_x,bin_y,release_s`",
     needs: "the header needs robot, from_x, from_y, meet_x and meet_y [m]",

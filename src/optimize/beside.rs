@@ -11,12 +11,28 @@ use crate::sim::Scene;
 /// A pattern for which no bound can be computed, or [`Interrupted`](crate::error::ErrorKind), because the
 /// progress at a stop depends on the machine.
 pub fn bound_beside(scene: &Scene, picked: usize, environment: &Environment) -> Result<Bound> {
+    let options = BoundOptions::beside(picked, scene.pattern().len());
+    bound_within(scene, &options, environment)
+}
+
+/// The bound on the picks of the items that `counted` marks, of which the best run picks `picked`.
+///
+/// # Errors
+/// As for [`bound_beside`].
+pub(crate) fn part_bound_beside(
+    scene: &Scene,
+    counted: Vec<bool>,
+    picked: usize,
+    environment: &Environment,
+) -> Result<Bound> {
+    let options = BoundOptions::beside(picked, scene.pattern().len());
+    let options = options.with_ends(false).with_counted(counted);
+    bound_within(scene, &options, environment)
+}
+
+fn bound_within(scene: &Scene, options: &BoundOptions, environment: &Environment) -> Result<Bound> {
     let go_on = &mut |_, _| !environment.stopped();
-    let bound = upper_bound(
-        scene,
-        &BoundOptions::beside(picked, scene.pattern().len()),
-        go_on,
-    )?;
+    let bound = upper_bound(scene, options, go_on)?;
     if environment.stopped() {
         return Err(Error::interrupted());
     }

@@ -16,6 +16,7 @@ mod speed_limit;
 mod validation;
 
 pub use beside::bound_beside;
+pub(crate) use beside::part_bound_beside;
 pub use environment::{Environment, Progress, Silent, Stop};
 pub use evaluator::{Evaluation, Evaluator, Score};
 pub use grasp::{Grasp, GraspOutcome};

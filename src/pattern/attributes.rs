@@ -1,5 +1,6 @@
 //! Item areas and probabilities drawn from given distributions.
 
+use super::class_shares::ClassShares;
 use super::item::{Item, Pattern, is_amount, is_share};
 use crate::error::{Error, Result, known_names, shown, shown_number};
 use crate::setters::setters;
@@ -133,7 +134,7 @@ impl ValueRange {
 }
 
 /// What generated items have besides their position; `None` leaves the field empty.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Attributes {
     /// Area of an item [cm^2].
@@ -142,6 +143,8 @@ pub struct Attributes {
     pub p_detection: Option<Distribution>,
     /// Probability that a grasp succeeds.
     pub p_grasp: Option<Distribution>,
+    /// Classes and their shares.
+    pub classes: Option<ClassShares>,
 }
 
 setters!(Attributes {
@@ -151,6 +154,8 @@ setters!(Attributes {
     fn with_p_detection(p_detection: impl Into<Option<Distribution>>);
     /// With probabilities that a grasp succeeds from this distribution.
     fn with_p_grasp(p_grasp: impl Into<Option<Distribution>>);
+    /// With classes in these shares.
+    fn with_classes(classes: impl Into<Option<ClassShares>>);
 });
 
 impl Attributes {
@@ -177,7 +182,12 @@ impl Attributes {
             })
         };
         let items = pattern.items().iter().map(with_attributes);
-        Pattern::new(items.collect::<Result<_>>()?)
+        let pattern = Pattern::new(items.collect::<Result<_>>()?)?;
+        // Last, so that classes change nothing else.
+        match &self.classes {
+            Some(classes) => classes.apply(&pattern, rng),
+            None => Ok(pattern),
+        }
     }
 
     /// Description for provenance: `area lognormal:80,0.5, p_grasp beta:8,2`.
@@ -190,6 +200,11 @@ impl Attributes {
         let parts: Vec<String> = named
             .iter()
             .filter_map(|(name, d)| d.as_ref().map(|d| format!("{name} {d}")))
+            .chain(
+                self.classes
+                    .iter()
+                    .map(|shares| format!("classes {shares}")),
+            )
             .collect();
         if parts.is_empty() {
             "no areas or probabilities".into()
@@ -232,6 +247,7 @@ mod tests {
             area_cm2: Some("lognormal:80,0.5".parse().unwrap()),
             p_detection: Some("uniform:0.6,1".parse().unwrap()),
             p_grasp: Some("beta:8,2".parse().unwrap()),
+            classes: Some("pet:0.6,wood:0.4".parse().unwrap()),
         };
         let plain = grid(1.0, 0.1, 20_000).unwrap();
         let drawn = attributes.apply(plain, &mut random_stream(1, 0)).unwrap();
@@ -241,6 +257,20 @@ mod tests {
         assert!((log_area - 80f64.ln()).abs() < 0.02, "{log_area}");
         assert!((mean(&|i| i.p_detection.unwrap()) - 0.8).abs() < 0.01);
         assert!((mean(&|i| i.p_grasp.unwrap()) - 0.8).abs() < 0.01);
+        let pet = |i: &Item| f64::from(i.class.as_deref() == Some("pet"));
+        assert!((mean(&pet) - 0.6).abs() < 0.01);
+        let same = Attributes {
+            classes: None,
+            ..attributes
+        };
+        let plain = grid(1.0, 0.1, 20_000).unwrap();
+        let without = same.apply(plain, &mut random_stream(1, 0)).unwrap();
+        let areas = |p: &Pattern| -> Vec<_> { p.items().iter().map(|i| i.area_cm2).collect() };
+        assert_eq!(
+            areas(&without),
+            areas(&drawn),
+            "classes change nothing else"
+        );
     }
 
     #[test]

@@ -5,6 +5,7 @@ use crate::error::{Error, Result, shown, shown_number};
 use crate::names::check_name;
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
+use std::fmt;
 use std::str::FromStr;
 
 /// Shares may exceed 1 together by this much, which is due to rounding.
@@ -54,7 +55,32 @@ impl FromStr for ClassShares {
     }
 }
 
+impl fmt::Display for ClassShares {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let parts = self.shares.iter();
+        let parts = parts.map(|(name, share)| format!("{name}:{}", shown_number(*share)));
+        f.write_str(&parts.collect::<Vec<_>>().join(","))
+    }
+}
+
 impl ClassShares {
+    /// Shares of `classes` that add up to 1, all of which are equally likely; `None` without classes.
+    ///
+    /// They are exponential variates over their sum (Devroye 1986, Non-Uniform Random Variate
+    /// Generation, DOI 10.1007/978-1-4613-8643-8, theorem V.2.2).
+    pub(crate) fn drawn<'c>(
+        classes: impl Iterator<Item = &'c str>,
+        rng: &mut ChaCha8Rng,
+    ) -> Option<Self> {
+        let exponential = |class: &str| (class.to_owned(), -(1.0 - rng.random::<f64>()).ln());
+        let mut shares: Vec<(String, f64)> = classes.map(exponential).collect();
+        let sum: f64 = shares.iter().map(|(_, share)| share).sum();
+        for (_, share) in &mut shares {
+            *share /= sum;
+        }
+        (sum > 0.0).then_some(Self { shares })
+    }
+
     /// The pattern with a class drawn for every item, in index order.
     ///
     /// # Errors
@@ -81,6 +107,7 @@ mod tests {
     #[test]
     fn classes_have_their_shares_and_the_rest_has_none() {
         let shares: ClassShares = "pet:0.5, a:b:0.2".parse().unwrap();
+        assert_eq!(shares.to_string(), "pet:0.5,a:b:0.2");
         let pattern = grid(1.0, 0.05, 4000).unwrap();
         let drawn = shares.apply(&pattern, &mut random_stream(3, 0)).unwrap();
         for (class, share) in [(Some("pet"), 0.5), (Some("a:b"), 0.2), (None, 0.3)] {
@@ -91,6 +118,22 @@ mod tests {
         // Nothing else changes.
         let places = |p: &Pattern| -> Vec<_> { p.items().iter().map(|i| (i.x0, i.y)).collect() };
         assert_eq!(places(&drawn), places(&pattern));
+    }
+
+    #[test]
+    fn drawn_shares_add_up_to_one_and_differ() {
+        let mut rng = random_stream(4, 0);
+        let mut draw = || ClassShares::drawn(["a", "b", "c"].into_iter(), &mut rng).unwrap();
+        let (mut first, draws) = (0.0, 2_000);
+        for _ in 0..draws {
+            let shares = draw().shares;
+            let sum: f64 = shares.iter().map(|(_, share)| share).sum();
+            assert!((sum - 1.0).abs() < 1e-12 && shares.len() == 3);
+            // The share of one of three is below one half with probability 3/4.
+            first += f64::from(shares[0].1 < 0.5);
+        }
+        assert!((first / f64::from(draws) - 0.75).abs() < 0.03, "{first}");
+        assert_eq!(ClassShares::drawn(std::iter::empty(), &mut rng), None);
     }
 
     #[test]

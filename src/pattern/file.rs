@@ -1,7 +1,7 @@
 //! The pattern file: CSV with a header and one item per line.
 
 use super::item::{Item, Pattern};
-use crate::csv_columns::{Columns, KnownColumns, metres};
+use crate::csv_columns::{Columns, KnownColumns, metres, resembles};
 use crate::csv_file::CsvFile;
 use crate::error::{Error, Result, shown};
 use std::path::Path;
@@ -17,13 +17,17 @@ const KNOWN: KnownColumns = KnownColumns {
         "p_grasp",
         "weight",
         "class",
+        TRUE_CLASS,
     ],
     required: 3,
     find: known_column,
+    is_misspelt,
     beginning: "start it with the header `id,x,y`; `pickline pattern generate` writes one",
     needs: "the header needs id, x [m] and y [m]",
 };
 
+/// The column with what an item truly is.
+const TRUE_CLASS: &str = "true_class";
 /// Index of the area in [`KNOWN`].
 const AREA: usize = 3;
 
@@ -137,6 +141,15 @@ fn known_column(name: &str) -> Option<(usize, f64)> {
     }
 }
 
+/// Whether `column` is probably meant to be a known column. The long name `true_class` is similar to
+/// too many others, such as `item_class`, for more than another separator to count.
+fn is_misspelt(column: &str) -> bool {
+    let others = KNOWN.names.iter().copied();
+    let others: Vec<&str> = others.filter(|name| *name != TRUE_CLASS).collect();
+    let letters = |name: &str| -> String { name.chars().filter(|c| c.is_alphanumeric()).collect() };
+    resembles(column, &others) || letters(column).eq_ignore_ascii_case(&letters(TRUE_CLASS))
+}
+
 fn read_item(file: &mut CsvFile, record: &csv::StringRecord, columns: &Columns) -> Result<Item> {
     let mut optional = |column: usize| columns.number(file, record, column);
     let numbers = [
@@ -147,6 +160,10 @@ fn read_item(file: &mut CsvFile, record: &csv::StringRecord, columns: &Columns) 
         optional(5)?,
         optional(6)?,
     ];
+    let text = |column: usize| {
+        let text = columns.text(record, column).to_owned();
+        Some(text).filter(|text| !text.is_empty())
+    };
     let required = |column: usize| {
         numbers[column - 1].ok_or_else(|| {
             Error::input(
@@ -164,9 +181,8 @@ fn read_item(file: &mut CsvFile, record: &csv::StringRecord, columns: &Columns) 
         p_detection: numbers[3],
         p_grasp: numbers[4],
         weight: numbers[5],
-        class: Some(columns.text(record, 7))
-            .filter(|text| !text.is_empty())
-            .map(str::to_owned),
+        class: text(7),
+        true_class: text(8),
     })
 }
 
@@ -180,7 +196,7 @@ pub fn to_csv(pattern: &Pattern) -> String {
         ("x", Box::new(|item| item.x0.to_string())),
         ("y", Box::new(|item| item.y.to_string())),
     ];
-    let optional: [Column; 5] = [
+    let optional: [Column; 6] = [
         ("area_cm2", Box::new(move |item| number(item.area_cm2))),
         (
             "p_detection",
@@ -191,6 +207,10 @@ pub fn to_csv(pattern: &Pattern) -> String {
         (
             "class",
             Box::new(|item| item.class.clone().unwrap_or_default()),
+        ),
+        (
+            TRUE_CLASS,
+            Box::new(|item| item.true_class.clone().unwrap_or_default()),
         ),
     ];
     for column in optional {

@@ -37,9 +37,16 @@ pub struct Item {
     pub p_grasp: Option<f64>,
     /// Explicit weight; overrides the one computed from the fields above.
     pub weight: Option<f64>,
-    /// The kind of item, for reports.
+    /// The class that the item is reported as.
     pub class: Option<String>,
+    /// The class that the item was recorded to be of, or [`Item::NOTHING`]; `None` if that is not
+    /// known. Only counts where detections may be wrong.
+    pub true_class: Option<String>,
 }
+
+/// The cure for a class that is not a name.
+const CLASS_CURE: &str = "give classes on one line, with at most 200 printable characters and no \
+     leading or trailing spaces";
 
 /// The logistic function.
 fn sigmoid(z: f64) -> f64 {
@@ -47,6 +54,9 @@ fn sigmoid(z: f64) -> f64 {
 }
 
 impl Item {
+    /// The true class of a detection where there was no item of any class.
+    pub const NOTHING: &'static str = "-";
+
     /// An item of which only the position [m] is known.
     pub fn at(id: impl Into<String>, x0: f64, y: f64) -> Self {
         Self {
@@ -87,17 +97,20 @@ impl Item {
         let position = |value: f64| value.is_finite() && value.abs() <= LARGEST;
         let share = |value: &Option<f64>| value.is_none_or(is_share);
         let amount = |value: &Option<f64>| value.is_none_or(is_amount);
-        let class = self.class.as_deref().filter(|class| !class.is_empty());
+        let bad_class = |class: &Option<String>| {
+            let class = class.as_deref().filter(|class| !class.is_empty());
+            class.and_then(|class| check_name(class).err())
+        };
         if self.id.is_empty() {
             Some(("id", "the id is empty".into(), "give every item an id"))
         } else if let Err(bad) = check_name(&self.id) {
             let cure = "give ids on one line, with at most 200 printable characters and \
                         no leading or trailing spaces";
             Some(("id", bad.problem, cure))
-        } else if let Some(Err(bad)) = class.map(check_name) {
-            let cure = "give classes on one line, with at most 200 printable \
-                        characters and no leading or trailing spaces";
-            Some(("class", bad.problem, cure))
+        } else if let Some(bad) = bad_class(&self.class) {
+            Some(("class", bad.problem, CLASS_CURE))
+        } else if let Some(bad) = bad_class(&self.true_class) {
+            Some(("true_class", bad.problem, CLASS_CURE))
         } else if !position(self.x0) {
             let cure = "give metres in the belt frame";
             Some((
@@ -159,6 +172,13 @@ impl Pattern {
             attributes.iter().any(Option::is_some)
         };
         self.items.iter().any(has)
+    }
+
+    /// Whether weights on `station` say more than counts: items have attributes, or classes of
+    /// different value.
+    pub fn weighs_on(&self, station: &Station) -> bool {
+        let is_valued = |item: &Item| station.value_of(item.class_on(station)) != 1.0;
+        self.has_attributes() || self.items.iter().any(is_valued)
     }
 
     /// Creates a pattern after checking and sorting the items.

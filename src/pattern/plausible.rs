@@ -49,7 +49,7 @@ impl Pattern {
             Some(class) => format!("{count} of class `{}`", shown(class)),
             None => format!("{count} without a class"),
         };
-        let problem = format!("no robot has a bin for {what}, so they stay on the belt");
+        let problem = format!("no robot has a bin for {what}, which will stay on the belt");
         let cure = "give a robot a bin for the class, or one without classes, which takes whatever \
                     the others do not name; or state the class with `wanted = false`";
         Some(Warning::new(format!("{name}: class"), problem, cure))

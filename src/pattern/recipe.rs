@@ -7,7 +7,7 @@ use crate::setters::setters;
 use crate::station::Belt;
 
 /// The parameters that all generated patterns of a set share.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Recipe {
     /// The belt: its width, and the speed to which the flow of a feed refers.

@@ -362,6 +362,7 @@ mod tests {
             area_cm2: None,
             p_detection: None,
             p_grasp: None,
+            classes: None,
         },
         seed: 1,
     };

@@ -2,6 +2,7 @@
 //! but with a different seed.
 
 use super::grid::grid;
+use super::random_stream;
 use super::recipe::Recipe;
 use super::set::{PatternSet, PatternSource};
 use crate::error::Result;
@@ -51,9 +52,11 @@ pub(crate) fn grids_around(spacing: f64, recipe: &Recipe, count: usize) -> Resul
     let count = count.next_multiple_of(2).max(2);
     let share = |place: usize| 1.0 - AROUND + 2.0 * AROUND * place as f64 / (count - 1) as f64;
     let spacings: Vec<f64> = (0..count).map(|place| spacing * share(place)).collect();
-    let grids = spacings
-        .iter()
-        .map(|&s| grid(recipe.belt.width, s, recipe.items));
+    let grids = spacings.iter().zip(0..).map(|(&spacing, place)| {
+        let pattern = grid(recipe.belt.width, spacing, recipe.items)?;
+        let mut rng = random_stream(recipe.seed, place);
+        recipe.attributes.apply(pattern, &mut rng)
+    });
     Ok(PatternSet {
         description: format!(
             "{count} grids of {:.4} to {:.4} m, {} items a pattern",
@@ -83,7 +86,10 @@ mod tests {
             attributes: Default::default(),
             seed: 1,
         };
-        let judged = Recipe { seed: 2, ..recipe };
+        let judged = Recipe {
+            seed: 2,
+            ..recipe.clone()
+        };
         for text in [
             "grid:0.15",
             "poisson:0.2:10",

@@ -1,9 +1,9 @@
 //! What can be planned at one decision: the items in view and the robots that can reach them.
 
 use super::options::Goal;
-use crate::decision::{Candidate, Moment, Snapshot};
-use crate::kinematics;
-use crate::station::{ClassId, Robot, Station};
+use super::timing::{ItemReach, RobotTiming};
+use crate::decision::{Candidate, Odds, Snapshot};
+use crate::station::{ClassId, Station};
 
 /// The planner's copy of a [`Snapshot`]. Items are identified by their *place* in it, which is
 /// downstream first as in the pattern, so that ties are broken as in the simulator.
@@ -18,9 +18,13 @@ pub(super) struct Horizon {
     pub free: Vec<f64>,
     /// Index of each item in its pattern.
     pub items: Vec<u32>,
-    /// Pairs of index and place, sorted by index.
+    /// Number of the attempt at the item, from 0. An item whose grasps may fail has one place for
+    /// each attempt that is planned, one after the other.
+    pub attempts: Vec<u8>,
+    /// Pairs of index and first place, sorted by index.
     places: Vec<(u32, u32)>,
-    /// Value of each item, above 0: 1, or its weight.
+    /// Value of each item, above 0: 1, or its weight, times the probability that the attempt is made
+    /// and succeeds.
     pub values: Vec<f64>,
     /// When each item would leave the belt [s].
     pub leaves: Vec<f64>,
@@ -33,112 +37,70 @@ pub(super) struct Horizon {
     /// `Candidate::item` is the place. Windows are the widest over the places of the robot.
     pub queues: Vec<Vec<Candidate>>,
     arms: Vec<RobotTiming>,
-    belt_speed: f64,
-    belt_length: f64,
     /// The widest windows of the item being added, one per robot.
     widest: Vec<Option<(f64, f64)>>,
 }
 
-/// One item for one robot.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct ItemReach {
-    /// Position along the travel at time 0 [m].
-    x0: f64,
-    /// Position across the belt [m].
-    y: f64,
-    /// The bin that it goes into, which is where the arm is then.
-    pub bin: u16,
-    /// First departure that meets it, from any place [s]; infinite if there is none.
-    pub open: f64,
-    /// Last departure that meets it, from any place [s]; minus infinity if there is none.
-    pub close: f64,
-    /// Shortest possible duration of picking it [s].
-    pub shortest: f64,
-}
-
-/// One robot, and where it is.
-#[derive(Debug, Clone)]
-struct RobotTiming {
-    robot: Robot,
-    /// Where the arm is when it is free.
-    place: u16,
-    /// Number of places.
-    places: usize,
-    /// Position along the belt of the only place, speed and dwell times, of a robot that is
-    /// [plain](Robot::is_plain).
-    plain: Option<PlainTiming>,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct PlainTiming {
-    bin_x: f64,
-    bin_y: f64,
-    speed: f64,
-    grasp: f64,
-    release: f64,
-}
-
-impl RobotTiming {
-    fn of(robot: &Robot, place: u16) -> Self {
-        let bin = &robot.bins[0];
-        let speed = robot.arm.constant_speed().filter(|_| robot.places() == 1);
-        Self {
-            robot: robot.clone(),
-            place,
-            places: robot.places(),
-            plain: speed.map(|speed| PlainTiming {
-                bin_x: bin.at.x,
-                bin_y: bin.at.y,
-                speed,
-                grasp: robot.grasp_time,
-                release: bin.release_time,
-            }),
-        }
-    }
-}
-
-/// An item that is to be planned.
+/// An attempt at an item that is to be planned.
+#[derive(Clone, Copy)]
 struct SeenItem {
     /// Its index in the pattern.
     item: u32,
+    /// Number of the attempt, from 0.
+    attempt: u8,
     /// Position along the travel at time 0 [m].
     x0: f64,
     /// Position across the belt [m].
     y: f64,
     /// Weight, which the rules use.
     weight: f64,
-    /// Value in plans: 1, or the weight.
+    /// Value in plans: what the attempt is expected to gain.
     value: f64,
     /// Class on the station.
     class: ClassId,
 }
 
+/// Maximum number of attempts at one item that are planned.
+const MOST_ATTEMPTS: u8 = 3;
+/// Further attempts are planned only if they are worth more than this share of the first. Less
+/// likely ones cost more of the search than they gain (`docs/lookahead.md`).
+const LEAST_SHARE: f64 = 0.25;
+
+/// What counts in a plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Valuation {
+    pub goal: Goal,
+    /// Whether the probabilities of failing are counted.
+    pub foresee: bool,
+}
+
 impl Horizon {
     /// Fills the horizon from `snapshot`, without items that no robot can reach within `ahead`
     /// [s] from now.
-    pub(super) fn read(&mut self, snapshot: &Snapshot, ahead: f64, goal: Goal) {
+    pub(super) fn read(&mut self, snapshot: &Snapshot, ahead: f64, valuation: Valuation) {
         let station = snapshot.station;
         let robots = station.robots().len();
         self.now = snapshot.time;
         self.robot = snapshot.robot;
-        self.belt_speed = station.belt().speed;
         self.free.clear();
         let free = snapshot.free_at.iter();
         self.free.extend(free.map(|free| free.max(snapshot.time)));
         self.free[snapshot.robot] = snapshot.time;
-        self.belt_length = station.belt().length;
         // Robots do not change within a run, and copying their bins would take long.
         let robots_of =
             |arms: &[RobotTiming]| arms.iter().map(|arm| &arm.robot).eq(station.robots());
         if !robots_of(&self.arms) {
             self.arms.clear();
             let all = station.robots().iter();
-            self.arms.extend(all.map(|robot| RobotTiming::of(robot, 0)));
+            self.arms
+                .extend(all.map(|robot| RobotTiming::of(robot, station.belt())));
         }
         for (arm, place) in self.arms.iter_mut().zip(snapshot.places) {
             arm.place = *place;
+            arm.put_on(station.belt());
         }
         self.items.clear();
+        self.attempts.clear();
         self.values.clear();
         self.leaves.clear();
         self.reach.resize_with(robots, Vec::new);
@@ -147,11 +109,12 @@ impl Horizon {
         self.reach.iter_mut().for_each(Vec::clear);
         self.windows.iter_mut().for_each(Vec::clear);
         self.queues.iter_mut().for_each(Vec::clear);
-        self.add_seen(snapshot, ahead, goal);
-        let places = self.items.iter().zip(0..);
+        self.add_seen(snapshot, ahead, valuation);
+        let places = self.items.iter().zip(&self.attempts).zip(0..);
+        let first = places.filter(|((_, attempt), _)| **attempt == 0);
         self.places.clear();
         self.places
-            .extend(places.map(|(&item, place)| (item, place)));
+            .extend(first.map(|((&item, _), place)| (item, place)));
         self.places.sort_unstable();
         for queue in &mut self.queues {
             // The sort is stable, so equal openings stay in pattern order.
@@ -160,45 +123,70 @@ impl Horizon {
     }
 
     /// Adds the items that can be seen or picked now, downstream first.
-    fn add_seen(&mut self, snapshot: &Snapshot, ahead: f64, goal: Goal) {
+    fn add_seen(&mut self, snapshot: &Snapshot, ahead: f64, valuation: Valuation) {
         // A robot may leave for an item before the camera at the belt's start has seen it, so
         // the candidates are merged in. Both lists are sorted downstream first.
         let (mut candidates, mut view) = (snapshot.candidates, snapshot.in_view);
         loop {
-            let (item, x0, y, weight, class) = match (candidates, view) {
+            let next = snapshot.candidates.len() - candidates.len();
+            let (item, x0, y, weight, class, odds) = match (candidates, view) {
                 ([c, rest @ ..], [b, ..]) if (-c.x0, c.item) < (-b.x0, b.item) => {
                     candidates = rest;
-                    (c.item, c.x0, c.y, c.weight, c.class)
+                    (c.item, c.x0, c.y, c.weight, c.class, snapshot.odds_of(next))
                 }
                 (_, [b, rest @ ..]) => {
                     view = rest;
                     if candidates.first().is_some_and(|c| c.item == b.item) {
                         candidates = &candidates[1..];
                     }
-                    (b.item, b.x0, b.y, b.weight, b.class)
+                    (b.item, b.x0, b.y, b.weight, b.class, b.odds)
                 }
                 ([c, rest @ ..], []) => {
                     candidates = rest;
-                    (c.item, c.x0, c.y, c.weight, c.class)
+                    (c.item, c.x0, c.y, c.weight, c.class, snapshot.odds_of(next))
                 }
                 ([], []) => break,
             };
-            let value = match goal {
-                Goal::Picks => 1.0,
-                Goal::Weight => weight,
+            let seen = SeenItem {
+                item,
+                attempt: 0,
+                x0,
+                y,
+                weight,
+                value: valuation.first_attempt(weight, odds),
+                class,
             };
             // An item without value is not worth a robot's time.
-            if value > 0.0 {
-                let seen = SeenItem {
-                    item,
-                    x0,
-                    y,
-                    weight,
-                    value,
-                    class,
-                };
+            if seen.value > 0.0 {
                 self.add(snapshot.station, seen, ahead);
+                if valuation.foresee {
+                    self.add_further_attempts(snapshot.station, seen, odds.grasp, ahead);
+                }
             }
+        }
+    }
+
+    /// Adds attempts at the item `seen` after the first, whose grasps succeed with probability
+    /// `p_grasp`: attempt number k + 1 is only made if k have failed.
+    fn add_further_attempts(
+        &mut self,
+        station: &Station,
+        seen: SeenItem,
+        p_grasp: f64,
+        ahead: f64,
+    ) {
+        let mut share = 1.0;
+        for attempt in 1..MOST_ATTEMPTS {
+            share *= 1.0 - p_grasp;
+            if share <= LEAST_SHARE {
+                return;
+            }
+            let again = SeenItem {
+                attempt,
+                value: seen.value * share,
+                ..seen
+            };
+            self.add(station, again, ahead);
         }
     }
 
@@ -247,7 +235,7 @@ impl Horizon {
                 shortest: f64::INFINITY,
             };
             if window.is_some() {
-                reach.shortest = self.shortest(robot, &reach);
+                reach.shortest = self.arms[robot].shortest(&reach);
             }
             self.reach[robot].push(reach);
             if window.is_some() {
@@ -265,6 +253,7 @@ impl Horizon {
             }
         }
         self.items.push(seen.item);
+        self.attempts.push(seen.attempt);
         self.values.push(seen.value);
         self.leaves.push((belt.length - x0) / belt.speed);
     }
@@ -274,10 +263,18 @@ impl Horizon {
         self.free.len()
     }
 
-    /// The place of an item of the pattern; `None` if it is out of view or out of reach.
+    /// The first place of an item of the pattern; `None` if it is out of view or out of reach.
     pub(super) fn place(&self, item: u32) -> Option<u32> {
         let found = self.places.binary_search_by_key(&item, |&(item, _)| item);
         found.ok().map(|at| self.places[at].1)
+    }
+
+    /// The places of an item of the pattern, one for each attempt.
+    pub(super) fn places_of(&self, item: u32) -> impl Iterator<Item = u32> {
+        let first = self.place(item).into_iter();
+        first
+            .flat_map(|first| first..)
+            .take_while(move |&place| self.items.get(place as usize) == Some(&item))
     }
 
     /// Shortest possible duration of a pick, averaged over robots and the items within their
@@ -315,6 +312,20 @@ impl Horizon {
         self.arms[robot].places
     }
 
+    /// When `robot` is free again if it leaves `from` for the item at `start` [s].
+    #[inline(always)]
+    pub(super) fn finish(&self, robot: usize, from: u16, reach: &ItemReach, start: f64) -> f64 {
+        self.arms[robot].finish(from, reach, start)
+    }
+
+    /// The last departure from `from` at which `robot`, leaving for the item, is free again by
+    /// `deadline` [s].
+    #[inline(always)]
+    pub(super) fn latest_start(&self, robot: usize, from: u16, place: u32, deadline: f64) -> f64 {
+        let (reach, window) = (self.reach(robot, place), self.window(robot, from, place));
+        self.arms[robot].latest_start(from, reach, window, deadline)
+    }
+
     /// The window [s] of the item at `place` for `robot` that leaves `from`; it closes before it
     /// opens if there is none.
     #[inline(always)]
@@ -327,143 +338,16 @@ impl Horizon {
             self.windows[robot][place as usize * places + usize::from(from)]
         }
     }
-
-    /// When `robot` is free again if it leaves `from` for the item at `start` [s].
-    #[inline(always)]
-    pub(super) fn finish(&self, robot: usize, from: u16, reach: &ItemReach, start: f64) -> f64 {
-        let arm = &self.arms[robot];
-        let Some(plain) = &arm.plain else {
-            return self.general_finish(arm, from, reach, start);
-        };
-        let dx = reach.x0 + self.belt_speed * start - plain.bin_x;
-        let dy = reach.y - plain.bin_y;
-        let travel = kinematics::travel_time(dx, dy, self.belt_speed, plain.speed);
-        start + kinematics::processing_time(travel, plain.grasp, plain.release)
-    }
-
-    fn general_finish(&self, arm: &RobotTiming, from: u16, reach: &ItemReach, start: f64) -> f64 {
-        let moment = Moment {
-            robot: &arm.robot,
-            from: arm.robot.place(usize::from(from)),
-            belt_speed: self.belt_speed,
-            belt_length: self.belt_length,
-            time: start,
-        };
-        start + moment.processing_time(&reach.candidate())
-    }
-
-    /// The shortest possible duration of picking an item [s].
-    fn shortest(&self, robot: usize, reach: &ItemReach) -> f64 {
-        let arm = &self.arms[robot];
-        let Some(plain) = &arm.plain else {
-            return self.general_shortest(arm, reach);
-        };
-        // The travel time of [`kinematics::travel_time`] is shortest where its derivative along the
-        // belt is zero, `dx = -|dy| v / u`, and increases on both sides.
-        let dx = -(reach.y - plain.bin_y).abs() * self.belt_speed / plain.speed;
-        let at = (dx + plain.bin_x - reach.x0) / self.belt_speed;
-        let at = at.clamp(reach.open, reach.close);
-        self.finish(robot, 0, reach, at) - at
-    }
-
-    /// The same for any robot: over its places, the least of the durations with a meeting point
-    /// opposite the place, opposite the bin, or half-way.
-    fn general_shortest(&self, arm: &RobotTiming, reach: &ItemReach) -> f64 {
-        let robot = &arm.robot;
-        let bin = &robot.bins[usize::from(reach.bin)];
-        let (base, length) = (robot.base, self.belt_length);
-        let range = kinematics::meeting_range(base.x, base.y, robot.reach, reach.y, length);
-        let Some((first, last)) = range else {
-            return f64::INFINITY;
-        };
-        let way =
-            |x: f64, to: nalgebra::Point2<f64>| kinematics::distance(x - to.x, reach.y - to.y);
-        let mut least = f64::INFINITY;
-        for place in 0..arm.places {
-            let from = robot.place(place);
-            for x in [from.x, bin.at.x, f64::midpoint(from.x, bin.at.x)] {
-                let x = x.clamp(first, last);
-                let travel = robot.arm.time(way(x, from)) + robot.arm.time(way(x, bin.at));
-                least = least.min(travel);
-            }
-        }
-        least + robot.grasp_time + bin.release_time
-    }
-
-    /// The last departure from `from` at which `robot`, leaving for the item, is free again by
-    /// `deadline` [s]. This is the inverse of [`Horizon::finish`], which increases with the departure
-    /// because the arm is faster than the belt.
-    #[inline(always)]
-    pub(super) fn latest_start(&self, robot: usize, from: u16, place: u32, deadline: f64) -> f64 {
-        let (arm, reach) = (&self.arms[robot], self.reach(robot, place));
-        let Some(plain) = &arm.plain else {
-            return self.general_latest_start(robot, from, place, deadline);
-        };
-        // Backwards in time the belt moves the other way, so the way back has the meeting point's
-        // closed form with -v.
-        let lifted = deadline - plain.grasp - plain.release;
-        let dx = reach.x0 + self.belt_speed * lifted - plain.bin_x;
-        let dy = reach.y - plain.bin_y;
-        let travel = kinematics::travel_time(dx, dy, -self.belt_speed, plain.speed);
-        lifted - 2.0 * travel
-    }
-
-    /// The same for any robot, by the secant method inside a bracket (Illinois variant: Dowell and
-    /// Jarratt 1971, DOI 10.1007/BF01934364). Errs on the early side.
-    fn general_latest_start(&self, robot: usize, from: u16, place: u32, deadline: f64) -> f64 {
-        /// Accuracy [s]; the plan is checked again with exact times.
-        const CLOSE: f64 = 1e-9;
-        let (arm, reach) = (&self.arms[robot], self.reach(robot, place));
-        let (open, close) = self.window(robot, from, place);
-        if open > close {
-            return f64::NEG_INFINITY;
-        }
-        let late = |start: f64| self.general_finish(arm, from, reach, start) - deadline;
-        let (mut low, mut high) = (open, close);
-        let (mut below, mut above) = (late(low), late(high));
-        if above <= 0.0 {
-            return close;
-        }
-        if below > 0.0 {
-            return f64::NEG_INFINITY;
-        }
-        // The weights of the ends; the one of an end that stays twice in a row is halved.
-        let mut kept = None;
-        for _ in 0..100 {
-            if high - low <= CLOSE {
-                break;
-            }
-            let at = low + (high - low) * (below / (below - above));
-            let value = late(at);
-            let is_late = value > 0.0;
-            if is_late {
-                (high, above) = (at, value);
-                below *= if kept == Some(is_late) { 0.5 } else { 1.0 };
-            } else {
-                (low, below) = (at, value);
-                above *= if kept == Some(is_late) { 0.5 } else { 1.0 };
-                if value >= -CLOSE {
-                    break;
-                }
-            }
-            kept = Some(is_late);
-        }
-        low
-    }
 }
 
-impl ItemReach {
-    /// As the candidate of its robot; only the position and the bin are of use.
-    fn candidate(&self) -> Candidate {
-        Candidate {
-            item: 0,
-            bin: self.bin,
-            class: ClassId::OTHER,
-            x0: self.x0,
-            y: self.y,
-            weight: 0.0,
-            open: self.open,
-            close: self.close,
+impl Valuation {
+    /// What the first attempt at an item of this weight is expected to gain.
+    fn first_attempt(&self, weight: f64, odds: Odds) -> f64 {
+        let odds = if self.foresee { odds } else { Odds::SURE };
+        match self.goal {
+            Goal::Picks => odds.grasp * odds.detection,
+            // The reward of the paper has the probability of the detection.
+            Goal::Weight => weight * odds.grasp,
         }
     }
 }
@@ -490,21 +374,24 @@ impl Horizon {
                 y: item.y,
                 weight: item.weight_on(station),
                 class: item.class_on(station),
+                odds: Odds::SURE,
             })
             .collect();
-        let start = |robot: &Robot| robot.start() as u16;
+        let start = |robot: &crate::station::Robot| robot.start() as u16;
         let places: Vec<u16> = station.robots().iter().map(start).collect();
         let snapshot = Snapshot {
             station,
             time: 0.0,
             robot: 0,
             candidates: &[],
+            candidate_odds: &[],
             free_at,
             places: &places,
             in_view: &in_view,
         };
         let mut horizon = Self::default();
-        horizon.read(&snapshot, f64::INFINITY, goal);
+        let foresee = true;
+        horizon.read(&snapshot, f64::INFINITY, Valuation { goal, foresee });
         horizon
     }
 }
@@ -523,7 +410,11 @@ mod tests {
     impl Strategy for Probe {
         fn decide(&mut self, snapshot: &Snapshot) -> crate::decision::Action {
             let horizon = &mut self.0;
-            horizon.read(snapshot, f64::INFINITY, Goal::Picks);
+            let valuation = Valuation {
+                goal: Goal::Picks,
+                foresee: true,
+            };
+            horizon.read(snapshot, f64::INFINITY, valuation);
             for candidate in snapshot.candidates {
                 let place = horizon.place(candidate.item).expect("a candidate is known");
                 let reach = horizon.reach(snapshot.robot, place);

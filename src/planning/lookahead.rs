@@ -1,7 +1,7 @@
 //! The look-ahead strategy: plans for all robots at every decision and takes the first step of
 //! the plan.
 
-use super::horizon::Horizon;
+use super::horizon::{Horizon, Valuation};
 use super::meter::Meter;
 use super::options::LookaheadOptions;
 use super::plan::PickPlan;
@@ -53,8 +53,11 @@ impl Lookahead {
     /// Makes the plan for `snapshot`.
     fn make_plan(&mut self, snapshot: &Snapshot) {
         let mut meter = Meter::new(self.options.budget);
-        self.horizon
-            .read(snapshot, self.options.horizon, self.options.goal);
+        let valuation = Valuation {
+            goal: self.options.goal,
+            foresee: self.options.foresee,
+        };
+        self.horizon.read(snapshot, self.options.horizon, valuation);
         self.take_up();
         let options = &self.options;
         let horizon = &self.horizon;
@@ -97,7 +100,10 @@ impl Lookahead {
         let (horizon, plan) = (&self.horizon, &mut self.plan);
         plan.clear(horizon);
         for (robot, items) in self.kept.iter().enumerate().take(horizon.robots()) {
-            for place in items.iter().filter_map(|&item| horizon.place(item)) {
+            for &item in items {
+                let Some(place) = plan.next_place(horizon, item) else {
+                    continue;
+                };
                 // Whether a stop is still possible from where the one before it ends is found below.
                 if horizon.reach(robot, place).close >= horizon.free[robot] {
                     plan.push(horizon, robot, place, horizon.free[robot]);

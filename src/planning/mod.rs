@@ -9,6 +9,7 @@ mod options;
 mod plan;
 mod rollout;
 mod search;
+mod timing;
 
 pub use lookahead::Lookahead;
 pub use meter::{Allowance, Budget};

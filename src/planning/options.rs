@@ -35,6 +35,9 @@ pub struct LookaheadOptions {
     pub width: usize,
     /// Whether plans are improved by neighbourhood search.
     pub improve: bool,
+    /// Whether plans count what can fail: an attempt is worth its probability of success, and an
+    /// item whose grasp failed can be tried again.
+    pub foresee: bool,
     /// Seed of the neighbourhood search.
     pub seed: u64,
 }
@@ -49,6 +52,7 @@ impl Default for LookaheadOptions {
             depth: 0,
             width: 1,
             improve: true,
+            foresee: true,
             seed: 1,
         }
     }
@@ -69,12 +73,14 @@ setters!(LookaheadOptions {
     fn with_width(width: usize);
     /// With neighbourhood search or without it.
     fn with_improve(improve: bool);
+    /// With failures counted in what a plan is worth, or not.
+    fn with_foresee(foresee: bool);
     /// With this seed of the neighbourhood search.
     fn with_seed(seed: u64);
 });
 
 /// Keys and their meanings, for help texts and errors.
-pub(crate) const KEYS: [(&str, &str); 9] = [
+pub(crate) const KEYS: [(&str, &str); 10] = [
     ("goal", "picks or weight: what is maximised [picks]"),
     ("budget", "simulated decisions per decision [4000]"),
     (
@@ -99,6 +105,10 @@ pub(crate) const KEYS: [(&str, &str); 9] = [
         "yes or no: improve plans by neighbourhood search [yes]",
     ),
     ("seed", "seed of that search [1]"),
+    (
+        "foresee",
+        "yes or no: count the probabilities that grasps fail and detections are wrong [yes]",
+    ),
 ];
 
 impl LookaheadOptions {
@@ -151,13 +161,8 @@ impl LookaheadOptions {
             // A usize can hold 1000 on every machine.
             "depth" => self.depth = whole(key, value, 0, 100)? as usize,
             "width" => self.width = whole(key, value, 1, 1000)? as usize,
-            "improve" => {
-                self.improve = match value {
-                    "yes" => true,
-                    "no" => false,
-                    _ => return Err(not(key, value, "yes or no")),
-                }
-            }
+            "improve" => self.improve = yes_or_no(key, value)?,
+            "foresee" => self.foresee = yes_or_no(key, value)?,
             "seed" => self.seed = whole(key, value, 0, u64::MAX)?,
             _ => {
                 let names = KEYS.map(|(name, _)| name);
@@ -199,6 +204,9 @@ impl LookaheadOptions {
         }
         if !self.improve {
             part("improve", "no".into());
+        }
+        if !self.foresee {
+            part("foresee", "no".into());
         }
         if self.seed != plain.seed {
             part("seed", self.seed.to_string());
@@ -300,6 +308,14 @@ fn not(key: &str, value: &str, cure: &str) -> Error {
     wrong(key, problem, &format!("give {cure}"))
 }
 
+fn yes_or_no(key: &str, value: &str) -> Result<bool> {
+    match value {
+        "yes" => Ok(true),
+        "no" => Ok(false),
+        _ => Err(not(key, value, "yes or no")),
+    }
+}
+
 fn whole(key: &str, value: &str, least: u64, most: u64) -> Result<u64> {
     let read = value.parse().ok().filter(|n| (least..=most).contains(n));
     read.ok_or_else(|| {
@@ -327,7 +343,7 @@ mod tests {
             "goal=weight",
             "budget=5",
             "budget-ms=2.5,horizon=30",
-            "bases=SPT+FIFO/SPT+SPT,depth=1,width=3,improve=no,seed=7",
+            "bases=SPT+FIFO/SPT+SPT,depth=1,width=3,improve=no,foresee=no,seed=7",
         ] {
             let options = LookaheadOptions::parse(text, 2, Allowance::default()).unwrap();
             let name = if text.is_empty() {
@@ -343,7 +359,7 @@ mod tests {
     #[test]
     fn defaults_can_be_written_out() {
         let read = |text: &str| LookaheadOptions::parse(text, 2, Allowance::default()).unwrap();
-        let all = "goal=picks, budget = 4000,,depth=0,width=1,improve=yes,seed=1";
+        let all = "goal=picks, budget = 4000,,depth=0,width=1,improve=yes,foresee=yes,seed=1";
         assert_eq!(read(all), LookaheadOptions::default());
         assert_eq!(read(all), read(""));
         let asked = Allowance {
@@ -374,6 +390,7 @@ mod tests {
             ("bases=SPT+FOO", &["lookahead:bases", "`FOO`"]),
             ("goal=money", &["picks or weight"]),
             ("improve=maybe", &["yes or no"]),
+            ("foresee=1", &["lookahead:foresee", "yes or no"]),
             ("horizon=-1", &["lookahead:horizon"]),
         ] {
             let message = LookaheadOptions::parse(text, 2, Allowance::default())

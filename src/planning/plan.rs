@@ -142,6 +142,12 @@ impl PickPlan {
         looked_at
     }
 
+    /// The place of the next attempt at `item` of the pattern that nobody owns.
+    pub(super) fn next_place(&self, horizon: &Horizon, item: u32) -> Option<u32> {
+        let mut places = horizon.places_of(item);
+        places.find(|&place| self.owner[place as usize] == NOBODY)
+    }
+
     /// Where the arm of `robot` is after its last stop.
     #[inline(always)]
     pub(super) fn place(&self, horizon: &Horizon, robot: usize) -> u16 {
@@ -161,7 +167,9 @@ impl PickPlan {
     pub(super) fn score(&self, horizon: &Horizon) -> PlanScore {
         // Items are in pattern order, downstream first, so the last one without an owner is the
         // last to leave.
-        let left = self.owner.iter().rposition(|&owner| owner == NOBODY);
+        let unplanned =
+            |place: &usize| self.owner[*place] == NOBODY && horizon.attempts[*place] == 0;
+        let left = (0..self.owner.len()).rev().find(unplanned);
         let mut end = left.map_or(f64::NEG_INFINITY, |place| horizon.leaves[place]);
         let mut free = 0.0;
         for robot in (0..horizon.robots()).filter(|&r| horizon.free[r].is_finite()) {

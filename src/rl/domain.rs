@@ -5,9 +5,9 @@
 //! ICML 2009 (DOI 10.1145/1553374.1553380).
 
 use crate::error::Result;
-use crate::pattern::{Pattern, grid, poisson_disk, random_stream};
+use crate::pattern::{ClassShares, Pattern, grid, poisson_disk, random_stream};
 use crate::setters::setters;
-use crate::sim::Scene;
+use crate::sim::{Conditions, Disturbances, Scene};
 use crate::station::Station;
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
@@ -34,10 +34,22 @@ pub struct Domain {
     /// Share of the training after which the densest patterns are included. Until then, the
     /// smallest spacing falls from the upper to the lower end.
     pub curriculum: f64,
+    /// Share of the patterns on which attempts may fail.
+    #[serde(default)]
+    pub failing: f64,
+    /// The probability that a grasp succeeds on these. On half of them it is the same for all items; on
+    /// the others each item has its own, and detections are wrong with probabilities from the same
+    /// interval.
+    #[serde(default = "sure")]
+    pub grasp_success: ClosedInterval,
     /// If above 0, decisions are made only at multiples of 1 / this [s]: 10 Hz in the paper. 0
     /// is exact.
     #[serde(default)]
     pub update_hz: f64,
+}
+
+fn sure() -> ClosedInterval {
+    (1.0, 1.0)
 }
 
 setters!(Domain {
@@ -51,6 +63,10 @@ setters!(Domain {
     fn with_speed(speed: ClosedInterval);
     /// With the densest patterns only after this share of the training.
     fn with_curriculum(curriculum: f64);
+    /// With this share of patterns on which attempts may fail.
+    fn with_failing(failing: f64);
+    /// With probabilities of a grasp's success from this interval.
+    fn with_grasp_success(grasp_success: ClosedInterval);
     /// With decisions only at multiples of `1 / update_hz` seconds; 0 for any time [Hz].
     fn with_update_hz(update_hz: f64);
 });
@@ -63,6 +79,8 @@ impl Domain {
         grids: 0.4,
         speed: (0.8, 1.25),
         curriculum: 0.1,
+        failing: 0.0,
+        grasp_success: (1.0, 1.0),
         update_hz: 0.0,
     };
 }
@@ -74,6 +92,8 @@ pub struct Course {
     pub station: Station,
     /// The items that arrive.
     pub pattern: Pattern,
+    /// What can go wrong.
+    pub disturbances: Disturbances,
 }
 
 impl Course {
@@ -82,7 +102,8 @@ impl Course {
     /// # Errors
     /// A pattern that does not fit on the belt.
     pub fn scene(&self) -> Result<Scene<'_>> {
-        Scene::new(&self.station, &self.pattern)
+        let conditions = Conditions::default().with_disturbances(self.disturbances);
+        Scene::under(&self.station, &self.pattern, conditions)
     }
 }
 
@@ -145,14 +166,109 @@ impl Domain {
             poisson_disk(width, spacing, items, rng)?
         };
         let station = station.with_belt_speed(station.belt().speed * factor)?;
-        Ok(Course { station, pattern })
+        let pattern = with_classes(&pattern, &station, rng)?.unwrap_or(pattern);
+        let (pattern, disturbances) = self.with_failures(pattern, rng)?;
+        Ok(Course {
+            station,
+            pattern,
+            disturbances,
+        })
     }
+
+    /// Lets attempts fail on some of the patterns.
+    fn with_failures(
+        &self,
+        pattern: Pattern,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<(Pattern, Disturbances)> {
+        let sure = Disturbances::default();
+        if self.failing == 0.0 || rng.random::<f64>() >= self.failing {
+            return Ok((pattern, sure));
+        }
+        let (low, high) = self.grasp_success;
+        let mut success = || low + (high - low) * rng.random::<f64>();
+        let common = success();
+        let failing = sure
+            .with_grasp_failures(true)
+            .with_default_p_grasp(common)
+            .with_seed(rng.random());
+        if rng.random::<bool>() {
+            return Ok((pattern, failing));
+        }
+        let mut success = || Some(low + (high - low) * rng.random::<f64>());
+        let mut items = pattern.items().to_vec();
+        for item in &mut items {
+            item.p_grasp = success();
+            item.p_detection = success();
+        }
+        Ok((Pattern::new(items)?, failing.with_misdetections(true)))
+    }
+}
+
+/// `pattern` with classes of `station` in shares that are drawn, too; `None` if it has no classes.
+///
+/// # Errors
+/// Never, because the names are valid.
+pub(crate) fn with_classes(
+    pattern: &Pattern,
+    station: &Station,
+    rng: &mut ChaCha8Rng,
+) -> Result<Option<Pattern>> {
+    let classes = station.classes().iter().map(|class| class.name.as_str());
+    let shares = ClassShares::drawn(classes, rng);
+    shares.map(|shares| shares.apply(pattern, rng)).transpose()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::station::built_in;
+
+    #[test]
+    fn failures_and_classes_are_drawn_and_change_nothing_else() {
+        let station = built_in("sorting").unwrap().station(None).unwrap();
+        let stations = [station];
+        let plain = Domain::BROAD.draw(&stations, 60, 1.0, 3).unwrap();
+        let domain = Domain::BROAD
+            .with_failing(0.5)
+            .with_grasp_success((0.4, 0.9));
+        let drawn = domain.draw(&stations, 60, 1.0, 3).unwrap();
+        let (mut failing, mut own) = (0, 0);
+        for (plain, drawn) in plain.iter().zip(&drawn) {
+            assert_eq!(plain.disturbances, Disturbances::default());
+            let places = |course: &Course| -> Vec<_> {
+                let items = course.pattern.items().iter();
+                items.map(|i| (i.x0, i.y, i.class.clone())).collect()
+            };
+            assert_eq!(places(plain), places(drawn));
+            assert!(
+                plain
+                    .pattern
+                    .items()
+                    .iter()
+                    .all(|item| item.class.is_some())
+            );
+            let disturbances = &drawn.disturbances;
+            if !disturbances.grasp_failures {
+                continue;
+            }
+            failing += 1;
+            assert!((0.4..=0.9).contains(&disturbances.default_p_grasp));
+            let items = drawn.pattern.items();
+            let within = |p: Option<f64>| p.is_some_and(|p| (0.4..=0.9).contains(&p));
+            if disturbances.misdetections {
+                own += 1;
+                assert!(
+                    items
+                        .iter()
+                        .all(|i| within(i.p_grasp) && within(i.p_detection))
+                );
+            } else {
+                assert!(items.iter().all(|i| i.p_grasp.is_none()));
+            }
+        }
+        assert!((20..=40).contains(&failing) && own > 5 && own < failing - 5);
+    }
 
     #[test]
     fn patterns_become_denser_and_the_same_seed_draws_the_same() {

@@ -198,6 +198,14 @@ impl Plan {
                 "give two counts from 1 to 100,000, the lower first",
             ),
             ("domain.grids", share(domain.grids), "give 0 to 1"),
+            ("domain.failing", share(domain.failing), "give 0 to 1"),
+            (
+                "domain.grasp_success",
+                share(domain.grasp_success.0)
+                    && share(domain.grasp_success.1)
+                    && domain.grasp_success.0 <= domain.grasp_success.1,
+                "give two probabilities, the lower first",
+            ),
             ("domain.curriculum", share(domain.curriculum), "give 0 to 1"),
             (
                 "domain.update_hz",

@@ -4,7 +4,7 @@ use super::claims::Claims;
 use super::queue::{Queue, QueuedItems};
 use super::scene::Scene;
 use super::view::ItemsInView;
-use crate::decision::{Candidate, Failure, Pick, RobotFigures};
+use crate::decision::{Candidate, Failure, Odds, Pick, RobotFigures};
 
 /// The state of a run between decisions, independent of any scene.
 #[derive(Debug, Clone, Default)]
@@ -19,6 +19,8 @@ pub struct RunBuffers {
     pub(super) free_at: Vec<f64>,
     pub(super) places: Vec<u16>,
     pub(super) candidates: Vec<Candidate>,
+    /// What can go wrong with each of them; empty if nothing can.
+    pub(super) candidate_odds: Vec<Odds>,
     pub(super) view: ItemsInView,
     /// Whether the view is filled before every decision.
     pub(super) looks: bool,
@@ -51,6 +53,7 @@ impl RunBuffers {
         self.offered.reset(items);
         refill(&mut self.free_at, robots, 0.0);
         refill(&mut self.places, robots, 0);
+        self.candidate_odds.clear();
         self.view.reset();
         self.looks = true;
         self.at = (0, 0.0);
@@ -58,7 +61,7 @@ impl RunBuffers {
         refill(&mut self.robots, robots, RobotFigures::default());
         self.picks.clear();
         self.failures.clear();
-        let attempted = scene.conditions().disturbances.any();
+        let attempted = scene.conditions().disturbances.may_fail();
         refill(&mut self.attempts, if attempted { items } else { 0 }, 0);
         self.ending.clear();
         self.last_release = 0.0;

@@ -26,6 +26,9 @@ pub struct Disturbances {
     pub default_p_grasp: f64,
     /// Standard deviation of the error of reported positions, along and across the belt [m].
     pub position_noise: f64,
+    /// Whether detections may be wrong. Each item is what it is reported as with its `p_detection`,
+    /// and [`Item::true_class`] says so for recorded ones.
+    pub misdetections: bool,
     /// Seed of the random draws; the pattern with index i of a set uses this seed plus i.
     pub seed: u64,
 }
@@ -36,6 +39,7 @@ impl Default for Disturbances {
             grasp_failures: false,
             default_p_grasp: 1.0,
             position_noise: 0.0,
+            misdetections: false,
             seed: 0,
         }
     }
@@ -48,13 +52,16 @@ setters!(Disturbances {
     fn with_default_p_grasp(default_p_grasp: f64);
     /// With this standard deviation of the error of reported positions [m].
     fn with_position_noise(position_noise: f64);
+    /// With detections that may be wrong, or not.
+    fn with_misdetections(misdetections: bool);
     /// With this seed.
     fn with_seed(seed: u64);
 });
 
 impl Disturbances {
-    /// Whether any disturbance is active.
-    pub fn any(&self) -> bool {
+    /// Whether an attempt may fail, so that its item is given back. Misdetections do not change a
+    /// run, only what its picks are worth.
+    pub fn may_fail(&self) -> bool {
         self.grasp_failures || self.position_noise > 0.0
     }
 
@@ -113,6 +120,9 @@ pub struct Conditions {
     /// Position of the camera [m]: only items that have passed it are known. Without a camera, an
     /// item is in view from the start of the belt, and its windows are those of the model.
     pub camera_x: Option<f64>,
+    /// Items with a lower `p_detection` are left on the belt; 0 picks all. An item without one
+    /// counts as certain.
+    pub min_detection: f64,
     /// What can go wrong while items are picked.
     pub disturbances: Disturbances,
 }
@@ -122,6 +132,8 @@ setters!(Conditions {
     fn with_update_hz(update_hz: f64);
     /// With a camera at this position [m], or without one.
     fn with_camera_x(camera_x: impl Into<Option<f64>>);
+    /// With items of a lower `p_detection` left on the belt.
+    fn with_min_detection(min_detection: f64);
     /// With these disturbances.
     fn with_disturbances(disturbances: Disturbances);
 });
@@ -145,6 +157,11 @@ impl Conditions {
     pub fn with_seed(mut self, seed: u64) -> Self {
         self.disturbances.seed = seed;
         self
+    }
+
+    /// Whether `item` is left on the belt because its detection is too uncertain.
+    pub fn is_too_uncertain(&self, item: &Item) -> bool {
+        item.p_detection.is_some_and(|p| p < self.min_detection)
     }
 
     /// Checks the values.
@@ -176,6 +193,14 @@ impl Conditions {
                 "give the probability that a grasp succeeds, from 0 to 1, or omit the number",
             ));
         }
+        let least = self.min_detection;
+        if !(0.0..=1.0).contains(&least) {
+            return Err(Error::usage(
+                "'min_detection'",
+                format!("{} is not a probability", shown_number(least)),
+                "give the lowest p_detection of items that are picked, from 0 to 1",
+            ));
+        }
         let noise = self.disturbances.position_noise;
         if !(0.0..=MOST_NOISE).contains(&noise) {
             return Err(Error::usage(
@@ -196,10 +221,17 @@ impl Conditions {
                 shown_number(x)
             ));
         }
+        if self.min_detection > 0.0 {
+            lines.push(format!(
+                "items with a p_detection below {} are left on the belt",
+                shown_number(self.min_detection)
+            ));
+        }
         let Disturbances {
             grasp_failures,
             default_p_grasp,
             position_noise,
+            misdetections,
             ..
         } = self.disturbances;
         if grasp_failures {
@@ -211,6 +243,9 @@ impl Conditions {
             lines.push(format!(
                 "reported positions are off by {sd} m (SD, x and y)"
             ));
+        }
+        if misdetections {
+            lines.push("detections are right with p_detection, or as recorded".to_owned());
         }
         lines
     }
@@ -229,7 +264,7 @@ mod tests {
                 grasp_failures: true,
                 default_p_grasp,
                 position_noise,
-                seed: 1,
+                ..Disturbances::default()
             },
             ..plain
         };
@@ -245,6 +280,8 @@ mod tests {
             (camera(f64::NEG_INFINITY), "'camera_x'"),
             (disturbed(1.01, 0.0), "'default_p_grasp'"),
             (disturbed(f64::NAN, 0.0), "'default_p_grasp'"),
+            (plain.with_min_detection(-0.1), "'min_detection'"),
+            (plain.with_min_detection(f64::NAN), "'min_detection'"),
             (disturbed(1.0, -1e-9), "'position_noise'"),
             (disturbed(1.0, f64::NAN), "'position_noise'"),
             (disturbed(1.0, 11.0), "'position_noise'"),
@@ -302,6 +339,14 @@ mod tests {
             (camera(1e6), camera(1.1e6)),
             (failing(0.0), failing(-1e-9)),
             (failing(1.0), failing(1.0 + 1e-9)),
+            (
+                plain.with_min_detection(0.0),
+                plain.with_min_detection(-1e-9),
+            ),
+            (
+                plain.with_min_detection(1.0),
+                plain.with_min_detection(1.0 + 1e-9),
+            ),
             (noisy(0.0), noisy(-1e-9)),
             (noisy(10.0), noisy(10.1)),
         ] {
@@ -321,7 +366,8 @@ mod tests {
         };
         assert_eq!((sure.p_grasp(&own), sure.p_grasp(&plain)), (1.0, 1.0));
         assert!((0..100).all(|attempt| sure.grasp_succeeds(0, &own, attempt)));
-        assert!(!sure.any() && failing(1.0).any());
+        assert!(!sure.may_fail() && failing(1.0).may_fail());
+        assert!(!sure.with_misdetections(true).may_fail());
     }
 
     #[test]
@@ -370,6 +416,7 @@ mod tests {
         let conditions = Conditions {
             update_hz: 10.0,
             camera_x: Some(0.5),
+            min_detection: 0.5,
             disturbances: failing(0.5),
         };
         let seeded = conditions.with_seed(7);
@@ -390,21 +437,29 @@ mod tests {
         let all = Conditions {
             update_hz: 0.0,
             camera_x: Some(-0.5),
+            min_detection: 0.8,
             disturbances: Disturbances {
                 position_noise: 0.01,
+                misdetections: true,
                 ..failing(0.9)
             },
         };
         let camera = "only items past x = -0.5 m are known";
         let grasps = "grasps succeed with p_grasp, 0.9 where not given";
         let noise = "reported positions are off by 0.01 m (SD, x and y)";
-        assert_eq!(all.describe(), [camera, grasps, noise]);
+        let threshold = "items with a p_detection below 0.8 are left on the belt";
+        let wrong = "detections are right with p_detection, or as recorded";
+        assert_eq!(all.describe(), [camera, threshold, grasps, noise, wrong]);
         let mut some = all;
         some.camera_x = None;
-        assert_eq!(some.describe(), [grasps, noise]);
+        assert_eq!(some.describe(), [threshold, grasps, noise, wrong]);
+        some.min_detection = 0.0;
+        assert_eq!(some.describe(), [grasps, noise, wrong]);
         some.disturbances.grasp_failures = false;
-        assert_eq!(some.describe(), [noise]);
+        assert_eq!(some.describe(), [noise, wrong]);
         some.disturbances.position_noise = 0.0;
+        assert_eq!(some.describe(), [wrong]);
+        some.disturbances.misdetections = false;
         assert_eq!(some.describe(), none);
     }
 

@@ -130,7 +130,7 @@ impl<'a> Run<'a> {
             state
                 .candidates
                 .retain(|c| (c.open..=c.close).contains(&time));
-        } else if disturbances.any() {
+        } else if disturbances.may_fail() {
             // Items that were given back may open later.
             state.candidates.retain(|c| c.open <= time);
         }
@@ -144,6 +144,11 @@ impl<'a> Run<'a> {
             state.places[index] = queue.place as u16;
         }
         if state.looks {
+            state.candidate_odds.clear();
+            if !self.scene.is_sure() {
+                let odds = state.candidates.iter().map(|c| self.scene.odds(c.item));
+                state.candidate_odds.extend(odds);
+            }
             state.view.update(self.scene, &state.claims, time);
         }
     }
@@ -158,6 +163,7 @@ impl<'a> Run<'a> {
             candidates: &self.state.candidates,
             free_at: &self.state.free_at,
             places: &self.state.places,
+            candidate_odds: &self.state.candidate_odds,
             in_view: &self.state.view.items,
         }
     }

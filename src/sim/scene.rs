@@ -3,7 +3,7 @@
 use super::claims::Claims;
 use super::conditions::{Conditions, Disturbances};
 use super::windows::Windows;
-use crate::decision::{Candidate, Figures, LeftItem, LeftReason};
+use crate::decision::{Candidate, Figures, LeftItem, LeftReason, Odds};
 use crate::error::Result;
 use crate::pattern::{Item, Pattern};
 use crate::station::{Belt, ClassId, Station};
@@ -32,6 +32,8 @@ pub struct Scene<'a> {
     left: Vec<LeftItem>,
     /// The same as a set, in which a run begins: claimed by nobody, and free to nobody.
     not_offered: Claims,
+    /// What can go wrong with each item; empty if nothing can.
+    odds: Vec<Odds>,
     independent: bool,
 }
 
@@ -77,15 +79,16 @@ impl<'a> Scene<'a> {
             windows: Vec::new(),
             positions: Vec::new(),
             windowed: Claims::none(pattern.len()),
-            left: left_items(station, pattern),
+            left: left_items(station, pattern, &conditions),
             not_offered: Claims::none(pattern.len()),
+            odds: odds(pattern, &conditions),
             independent: true,
         };
         for left in &scene.left {
             scene.not_offered.insert(left.item);
         }
         scene.find_windows();
-        if conditions.disturbances.any() {
+        if conditions.disturbances.may_fail() {
             scene.find_positions();
         }
         Ok(scene)
@@ -279,7 +282,7 @@ impl<'a> Scene<'a> {
     /// of robots that have a window for it, the upstream window must close strictly before the
     /// downstream one opens, and no disturbance may give an item back.
     pub fn is_independent(&self) -> bool {
-        self.independent && !self.conditions.disturbances.any()
+        self.independent && !self.conditions.disturbances.may_fail()
     }
 
     /// `time` [s] rounded up to the next update. A value within 1e-9 ticks of an update is
@@ -306,6 +309,18 @@ impl<'a> Scene<'a> {
                 Some(item) => last_release.max(self.leaves_belt(item)),
             },
         }
+    }
+
+    /// What can go wrong with `item`, as far as it is known beforehand.
+    #[inline]
+    pub(super) fn odds(&self, item: u32) -> Odds {
+        let odds = self.odds.get(item as usize);
+        odds.copied().unwrap_or(Odds::SURE)
+    }
+
+    /// Whether nothing is known that can go wrong with any item.
+    pub(super) fn is_sure(&self) -> bool {
+        self.odds.is_empty()
     }
 
     /// When item `index` would leave the belt [s].
@@ -338,15 +353,32 @@ fn sightings(station: &Station, pattern: &Pattern, conditions: &Conditions) -> V
     sightings
 }
 
+/// What can go wrong with each item; empty if nothing can.
+fn odds(pattern: &Pattern, conditions: &Conditions) -> Vec<Odds> {
+    let disturbances = &conditions.disturbances;
+    let of_item = |item: &Item| Odds {
+        grasp: disturbances.p_grasp(item),
+        detection: disturbances.p_detection(item),
+    };
+    let odds: Vec<Odds> = pattern.items().iter().map(of_item).collect();
+    if odds.iter().all(|odds| *odds == Odds::SURE) {
+        return Vec::new();
+    }
+    odds
+}
+
 /// The items that are left on the belt on purpose, downstream first.
-fn left_items(station: &Station, pattern: &Pattern) -> Vec<LeftItem> {
+fn left_items(station: &Station, pattern: &Pattern, conditions: &Conditions) -> Vec<LeftItem> {
     let reason = |item: &Item| {
         let class = item.class.as_deref();
         let unwanted = class.and_then(|name| station.class(name));
         if unwanted.is_some_and(|class| !class.wanted) {
             Some(LeftReason::Unwanted)
+        } else if !station.takes(station.class_id(class)) {
+            Some(LeftReason::NoBin)
         } else {
-            (!station.takes(station.class_id(class))).then_some(LeftReason::NoBin)
+            let uncertain = conditions.is_too_uncertain(item);
+            uncertain.then_some(LeftReason::LowDetection)
         }
     };
     let items = pattern.items().iter().zip(0u32..);

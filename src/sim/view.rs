@@ -42,6 +42,7 @@ impl ItemsInView {
             y: seen.y,
             weight: seen.weight,
             class: seen.class,
+            odds: scene.odds(seen.item),
         }));
     }
 }

@@ -122,6 +122,12 @@ impl Station {
         self.sorting.value(class)
     }
 
+    /// Whether some items are left on the belt on purpose, because their class is not wanted or no
+    /// robot has a bin for it.
+    pub fn leaves_items(&self) -> bool {
+        self.sorting.leaves_items()
+    }
+
     /// Whether items of `class` are to be picked, and some robot has a bin for them. Other items
     /// ride to the end of the belt.
     #[inline]

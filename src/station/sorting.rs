@@ -93,4 +93,9 @@ impl Sorting {
     pub(super) fn takes(&self, class: ClassId) -> bool {
         self.taken[class.index()]
     }
+
+    /// Whether the items of some class are taken by nobody.
+    pub(super) fn leaves_items(&self) -> bool {
+        self.taken.contains(&false)
+    }
 }

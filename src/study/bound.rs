@@ -126,6 +126,11 @@ impl<'a> BoundStudy<'a> {
         Ok(Self { scene, options })
     }
 
+    /// The pattern on the station.
+    pub fn scene(&self) -> &Scene<'a> {
+        &self.scene
+    }
+
     /// Remarks on the settings.
     pub fn notes(&self) -> Vec<Note> {
         failure_note(&self.scene).into_iter().collect()
@@ -161,7 +166,7 @@ impl<'a> BoundStudy<'a> {
             slot_s: self.options.slot_s,
             iterations: self.options.iterations,
             // A schedule for the undisturbed line may fail on the disturbed one.
-            schedule: !self.scene.conditions().disturbances.any(),
+            schedule: !self.scene.conditions().disturbances.may_fail(),
             ..BoundOptions::in_full(objective, self.scene.pattern().len())
         };
         let progress = environment.progress;
@@ -181,7 +186,7 @@ impl<'a> BoundStudy<'a> {
     fn result_notes(&self, picks: &Bound) -> Vec<Note> {
         let conditions = self.scene.conditions();
         let disturbances = &conditions.disturbances;
-        let undisturbed = disturbances.any().then(|| Note::UndisturbedBound {
+        let undisturbed = disturbances.may_fail().then(|| Note::UndisturbedBound {
             camera: conditions.camera_x.is_some() && disturbances.position_noise > 0.0,
         });
         let coarse = picks.coarse.then_some(Note::CoarseBound);

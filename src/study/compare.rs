@@ -2,7 +2,7 @@
 //! strategy.
 
 use super::blueprint::policy_distance;
-use super::notes::{Note, condition_notes};
+use super::notes::{Note, condition_notes, detection_notes};
 use super::options::{MethodSettings, StudyOptions};
 use super::robust::LineSearch;
 use crate::error::{Error, Result, known_names, shown};
@@ -160,6 +160,7 @@ impl<'a> CompareStudy<'a> {
         }
         options.own.methods.training.check(robots)?;
         study.choose_greedy()?;
+        study.check_detections()?;
         study.reference = study.find_reference()?;
         Ok(study)
     }
@@ -222,6 +223,21 @@ impl<'a> CompareStudy<'a> {
         Ok(())
     }
 
+    /// Notes if detections cannot be wrong, or none is below the threshold.
+    fn check_detections(&mut self) -> Result<()> {
+        let conditions = &self.conditions;
+        if conditions.disturbances.misdetections || conditions.min_detection > 0.0 {
+            let belt = self.station.belt();
+            let patterns = self.cases.iter();
+            // The patterns of a case are alike, so one is enough.
+            let patterns = patterns.map(|case| case.patterns(belt, 1, self.first_seed()));
+            let patterns = patterns.collect::<Result<Vec<_>>>()?.concat();
+            let items = patterns.iter().map(|(_, pattern)| pattern.items());
+            self.notes.extend(detection_notes(conditions, items));
+        }
+        Ok(())
+    }
+
     /// The place of the method that the others are compared against.
     fn find_reference(&self) -> Result<usize> {
         let mut ids = vec!["robust_gt"];
@@ -257,8 +273,9 @@ impl<'a> CompareStudy<'a> {
             let with_bound = comparison.cases.iter().filter(|case| case.bound.is_some());
             bounded = with_bound.count();
         }
-        let generated = self.cases.iter().all(Case::is_generated);
-        notes.extend(condition_notes(&self.conditions, generated));
+        let holds = |case: &Case| case.is_generated() && case.attributes.p_grasp.is_none();
+        let without_own = self.cases.iter().all(holds);
+        notes.extend(condition_notes(&self.conditions, without_own));
         Ok(Compared {
             comparison,
             bounded,

@@ -112,7 +112,13 @@ impl<'a> GameStudy<'a> {
         let (set, conditions) = (self.set.scored(), &self.conditions);
         let payoff = self.options.payoff;
         let line = LineGame::new(self.station, &set.patterns, payoff, conditions, environment)?;
-        let notes = set_notes(set, conditions, line.independent, line.patterns);
+        let notes = set_notes(
+            self.station,
+            set,
+            conditions,
+            line.independent,
+            line.patterns,
+        );
         Ok(PlayedGame {
             line,
             planned: set.patterns.len(),

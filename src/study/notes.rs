@@ -1,8 +1,9 @@
 //! What a study has to say about its result besides figures.
 
 use crate::dispatch::RULES;
-use crate::pattern::PatternSet;
+use crate::pattern::{Item, PatternSet};
 use crate::sim::{Conditions, Scene};
+use crate::station::Station;
 use std::fmt;
 
 /// A remark that belongs to a result. Its text names settings in single quotes, as
@@ -50,6 +51,10 @@ pub enum Note {
     },
     /// Grasps may fail, but no item has a probability below 1.
     NothingFails,
+    /// Detections may be wrong, but every item is certainly what it is reported as.
+    NothingMisdetected,
+    /// There is a threshold of detections, but no item is below it.
+    NothingUncertain,
     /// All items weigh the same, so that PP and FIFO are one rule.
     EqualWeights,
     /// Something can go wrong, so the event loop simulates each assignment by itself, all of them
@@ -89,6 +94,14 @@ pub enum Note {
 /// The text of [`Note::NothingFails`].
 const NOTHING_FAILS: &str = "no item has a p_grasp below 1, so no grasp fails; give 'default_p_grasp' P for \
      items without one";
+
+/// The text of [`Note::NothingMisdetected`].
+const NOTHING_MISDETECTED: &str = "no item has a p_detection below 1 or another true_class, so every detection \
+     is right and every purity 1; give items a p_detection ('p_detection') or a true_class";
+
+/// The text of [`Note::NothingUncertain`].
+const NOTHING_UNCERTAIN: &str =
+    "no item has a p_detection below 'min_detection', so none is left for it";
 
 /// The text of [`Note::EqualWeights`].
 const EQUAL_WEIGHTS: &str = "all items weigh the same, so PP picks like FIFO; give areas or probabilities \
@@ -158,6 +171,8 @@ impl fmt::Display for Note {
                 "at {count} of {all} values, first at {first}: {distance}"
             ),
             Self::NothingFails => f.write_str(NOTHING_FAILS),
+            Self::NothingMisdetected => f.write_str(NOTHING_MISDETECTED),
+            Self::NothingUncertain => f.write_str(NOTHING_UNCERTAIN),
             Self::EqualWeights => f.write_str(EQUAL_WEIGHTS),
             Self::CommonRandomNumbers => f.write_str(COMMON_RANDOM_NUMBERS),
             Self::Overlapping {
@@ -233,6 +248,8 @@ pub enum RobustScope {
     OwnSpeed,
     /// For each line separately.
     EveryLine,
+    /// For each threshold of detections; the patterns are described with the last one.
+    EveryThreshold,
 }
 
 impl fmt::Display for RobustNote {
@@ -265,15 +282,37 @@ impl fmt::Display for RobustNote {
             None => "",
             Some(RobustScope::OwnSpeed) => ", found at the station's own belt speed",
             Some(RobustScope::EveryLine) => ", found for every line",
+            Some(RobustScope::EveryThreshold) => {
+                ", found for every threshold, of which this is the last"
+            }
         })
     }
 }
 
-/// Notes for a comparison under `conditions`. `generated` means that no pattern comes from
-/// a file.
-pub(crate) fn condition_notes(conditions: &Conditions, generated: bool) -> Vec<Note> {
-    let nothing = generated && conditions.disturbances.never_fails(&[]);
+/// Notes for a comparison under `conditions`. `without_own` means that no item has a `p_grasp` of its
+/// own.
+pub(crate) fn condition_notes(conditions: &Conditions, without_own: bool) -> Vec<Note> {
+    let nothing = without_own && conditions.disturbances.never_fails(&[]);
     nothing.then_some(Note::NothingFails).into_iter().collect()
+}
+
+/// Notes that detections cannot be wrong, or that none is below the threshold, although this is
+/// asked for; `patterns` are the items of each pattern.
+pub(super) fn detection_notes<'i>(
+    conditions: &Conditions,
+    patterns: impl Iterator<Item = &'i [Item]> + Clone,
+) -> Vec<Note> {
+    let chance = &conditions.disturbances;
+    let certain = |items: &[Item]| chance.never_misdetects(items);
+    let mut notes = Vec::new();
+    if chance.misdetections && patterns.clone().all(certain) {
+        notes.push(Note::NothingMisdetected);
+    }
+    let mut items = patterns.flatten();
+    if conditions.min_detection > 0.0 && !items.any(|item| conditions.is_too_uncertain(item)) {
+        notes.push(Note::NothingUncertain);
+    }
+    notes
 }
 
 /// The note that nothing can fail on `scene`, although failures are asked for.
@@ -284,26 +323,29 @@ pub(super) fn failure_note(scene: &Scene) -> Option<Note> {
         .then_some(Note::NothingFails)
 }
 
-/// Notes for any result on `set` under `conditions`, of which `patterns` patterns were used.
+/// Notes for any result on `station` with `set` under `conditions`, of which `patterns` patterns were used.
 /// `independent` is the number of patterns on which the cascade could be used.
 pub fn set_notes(
+    station: &Station,
     set: &PatternSet,
     conditions: &Conditions,
     independent: usize,
     patterns: usize,
 ) -> Vec<Note> {
-    let mut notes = Vec::new();
-    let mut rewards = set
+    let items = set.patterns.iter().map(|pattern| pattern.items());
+    let mut notes = detection_notes(conditions, items);
+    let mut weights = set
         .patterns
         .iter()
         .flat_map(|p| p.items())
-        .map(|i| i.reward());
-    let first = rewards.next();
-    if first.is_some_and(|first| rewards.all(|reward| reward == first)) {
+        .filter(|item| station.takes(item.class_on(station)))
+        .map(|item| item.weight_on(station));
+    let first = weights.next();
+    if first.is_some_and(|first| weights.all(|weight| weight == first)) {
         notes.push(Note::EqualWeights);
     }
     let overlapping = patterns.saturating_sub(independent);
-    if conditions.disturbances.any() {
+    if conditions.disturbances.may_fail() {
         let mut items = set.patterns.iter().map(|pattern| pattern.items());
         if items.all(|items| conditions.disturbances.never_fails(items)) {
             notes.push(Note::NothingFails);

@@ -277,10 +277,10 @@ impl<'a> OptimizeStudy<'a> {
         }
         let recipe = Recipe {
             seed: self.set.recipe.seed.wrapping_add(1),
-            ..self.set.recipe
+            ..self.set.recipe.clone()
         };
         let fresh = self.set.source.draw_fresh(&recipe, count)?;
-        if fresh.is_some() || !self.conditions.disturbances.any() {
+        if fresh.is_some() || !self.conditions.disturbances.may_fail() {
             return Ok(fresh);
         }
         // The same patterns with different random events are also fresh.
@@ -340,7 +340,7 @@ impl<'a> OptimizeStudy<'a> {
         let count = evaluator.pattern_count();
         let independent = evaluator.independent_patterns();
         let set = self.set.scored();
-        let mut notes = set_notes(set, &self.conditions, independent, count);
+        let mut notes = set_notes(self.station, set, &self.conditions, independent, count);
         if matches!(self.options.own.objective, Objective::MaxSpeed(_)) {
             let best = optimum.ranking.best();
             notes.push(match chosen_flow(self.options.own.objective, best) {

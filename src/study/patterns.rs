@@ -1,7 +1,7 @@
 //! The patterns that a study scores on.
 
 use crate::error::{Error, Result};
-use crate::pattern::{Attributes, FeedShape, PatternSet, PatternSource, Recipe};
+use crate::pattern::{Attributes, FeedShape, Pattern, PatternSet, PatternSource, Recipe};
 use crate::sim::Conditions;
 use crate::station::Station;
 use std::str::FromStr;
@@ -111,6 +111,7 @@ impl ScoredPatterns {
                 ("'area_cm2'", self.attributes.area_cm2.is_some()),
                 ("'p_detection'", self.attributes.p_detection.is_some()),
                 ("'p_grasp'", self.attributes.p_grasp.is_some()),
+                ("'classes'", self.attributes.classes.is_some()),
             ];
             if let Some((option, _)) = given.iter().find(|(_, given)| *given) {
                 return Err(Error::usage(
@@ -124,7 +125,7 @@ impl ScoredPatterns {
             belt: *station.belt(),
             items: self.source.items(self.items, usual_items),
             shape: self.shape,
-            attributes: self.attributes,
+            attributes: self.attributes.clone(),
             seed,
         };
         let source = self.source.clone();
@@ -179,11 +180,31 @@ impl ScoredSet {
 
 /// Whether the patterns of `set` have several draws of random events each.
 fn is_repeated(set: &PatternSet, source: &PatternSource, conditions: &Conditions) -> bool {
-    let fixed = match source {
+    is_fixed(source) && conditions.disturbances.may_fail() && set.patterns.len() < DRAWS
+}
+
+/// Whether the patterns of `source` are not drawn at random.
+fn is_fixed(source: &PatternSource) -> bool {
+    match source {
         PatternSource::Feed { feed, .. } => !feed.is_random(),
         source => matches!(source, PatternSource::Grid(_) | PatternSource::Files(_)),
-    };
-    fixed && conditions.disturbances.any() && set.patterns.len() < DRAWS
+    }
+}
+
+/// The patterns of `set`, which is from `source`: those that are not drawn at random are repeated
+/// with other draws of what their items truly are, a hundred runs in total.
+pub(super) fn with_detection_draws(
+    set: PatternSet,
+    source: &PatternSource,
+    conditions: &Conditions,
+) -> PatternSet {
+    let chance = &conditions.disturbances;
+    let draws = |pattern: &Pattern| chance.draws_detections(pattern.items());
+    let few = set.patterns.len() < DRAWS;
+    match is_fixed(source) && few && set.patterns.iter().any(draws) {
+        true => with_draws(&set, DRAWS),
+        false => set,
+    }
 }
 
 /// The patterns of `set`, repeated up to `count` in total, but at least once each.

@@ -10,7 +10,7 @@ use crate::optimize::{
     Environment, Evaluator, Grasp, Limits, MostRuns, Objective, Optimum, Ranked, Search, SpeedScan,
     find_optimum,
 };
-use crate::pattern::{PatternSet, PatternSource, Recipe, TrainingSet};
+use crate::pattern::{Pattern, PatternSet, PatternSource, Recipe, TrainingSet};
 use crate::planning::Allowance;
 use crate::sim::Conditions;
 use crate::station::Station;
@@ -269,11 +269,40 @@ impl<'a> LineSearch<'a> {
         let recipe = Recipe {
             items: items.unwrap_or(scored.items),
             seed: self.seed,
-            ..*scored
+            ..scored.clone()
         };
         let count = how_many(source.expected_items(&recipe)?);
         let set = source.training_set(&recipe, count)?;
         Ok(self.with_repeated_runs(set))
+    }
+
+    /// Patterns on which the threshold of detections is chosen: those of `training` if it names
+    /// them, otherwise patterns like those of `source`.
+    ///
+    /// # Errors
+    /// As for [`LineSearch::like`].
+    pub(super) fn for_thresholds(
+        &self,
+        training: &RobustTraining,
+        source: &PatternSource,
+        scored: &Recipe,
+    ) -> Result<PatternSet> {
+        let set = match training {
+            RobustTraining::On(set) => set.clone(),
+            _ => self.like(source, None, scored)?.set,
+        };
+        let chance = &self.conditions.disturbances;
+        let draws = |pattern: &Pattern| chance.draws_detections(pattern.items());
+        let few = set.patterns.len() < OF_THE_KIND;
+        Ok(match few && set.patterns.iter().any(draws) {
+            true => with_draws(&set, OF_THE_KIND),
+            false => set,
+        })
+    }
+
+    /// The conditions under which it searches.
+    pub(super) fn conditions(&self) -> &Conditions {
+        &self.conditions
     }
 
     /// Training patterns like those of `cases`.
@@ -291,7 +320,7 @@ impl<'a> LineSearch<'a> {
     /// If something can go wrong, runs a small set of patterns with several draws of random events.
     fn with_repeated_runs(&self, training: TrainingSet) -> TrainingSet {
         let few = training.set.patterns.len() < OF_THE_KIND;
-        if !(few && self.conditions.disturbances.any()) {
+        if !(few && self.conditions.disturbances.may_fail()) {
             return training;
         }
         TrainingSet {

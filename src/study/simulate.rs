@@ -1,17 +1,18 @@
 //! One strategy on one pattern, and what is checked of the run.
 
 use super::blueprint::{BlueprintOptions, blueprint};
-use super::notes::{Note, failure_note};
+use super::notes::{Note, detection_notes, failure_note};
 use crate::checker;
 use crate::clearance::{self, Clearance};
 use crate::decision::{Observer, Outcome};
 use crate::error::Result;
+use crate::experiment::{ClassBound, class_bounds};
 use crate::optimize::{Environment, bound_beside};
 use crate::pattern::Pattern;
 use crate::planning::Allowance;
 use crate::planning::bound::Bound;
 use crate::setters::setters;
-use crate::sim::{Conditions, Scene, Trace, simulate_observed};
+use crate::sim::{Conditions, Scene, Trace, class_runs, simulate_observed};
 use crate::station::Station;
 use crate::strategies::{Blueprint, StrategySpec};
 
@@ -91,6 +92,8 @@ pub struct SimulatedRun<'a> {
     pub clearance: Option<Clearance>,
     /// What no strategy can exceed, if asked for.
     pub bound: Option<Bound>,
+    /// The same for each wanted class; empty if no item has a class that matters.
+    pub class_bounds: Vec<ClassBound>,
     /// Remarks on the settings.
     pub notes: Vec<Note>,
 }
@@ -134,7 +137,12 @@ impl<'a> SimulateStudy<'a> {
 
     /// Remarks on the settings.
     pub fn notes(&self) -> Vec<Note> {
-        failure_note(&self.scene).into_iter().collect()
+        let items = std::iter::once(self.scene.pattern().items());
+        let detections = detection_notes(self.scene.conditions(), items);
+        failure_note(&self.scene)
+            .into_iter()
+            .chain(detections)
+            .collect()
     }
 
     /// Runs the strategy that `blueprint` makes.
@@ -164,12 +172,17 @@ impl<'a> SimulateStudy<'a> {
             true => Some(bound_beside(scene, outcome.figures.picked, environment)?),
             false => None,
         };
+        let class_bounds = match options.bound {
+            true => class_bounds(scene, &[&class_runs(scene, &outcome)], environment)?,
+            false => Vec::new(),
+        };
         Ok(SimulatedRun {
             strategy: strategy.name(),
             outcome,
             trace,
             clearance,
             bound,
+            class_bounds,
             notes: self.notes(),
         })
     }

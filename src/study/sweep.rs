@@ -1,14 +1,17 @@
-//! One quantity of the line varied: belt speed, robots, spacing or reach.
+//! One quantity of the line varied: belt speed, robots, spacing, reach, or the threshold of
+//! detections.
 
 use super::blueprint::policy_distance;
-use super::notes::{Note, RobustNote, RobustScope, condition_notes};
+use super::notes::{Note, RobustNote, RobustScope, condition_notes, detection_notes};
 use super::options::{MethodSettings, StudyOptions};
 use super::part::PartProgress;
-use super::patterns::ScoredPatterns;
+use super::patterns::{ScoredPatterns, with_detection_draws};
 use super::robust::{LineSearch, RobustGt, RobustTraining};
 use super::values::{self, LineAt, ValueOptions};
-use crate::error::Result;
-use crate::experiment::{Axis, Method, Setting, Sweep, sweep_settings};
+use crate::error::{Error, Result, shown, shown_number};
+use crate::experiment::{
+    Axis, Method, Setting, Sweep, ThresholdChoices, choose_thresholds, sweep_settings,
+};
 use crate::optimize::Environment;
 use crate::pattern::{PatternSet, PatternSource, Recipe};
 use crate::planning::Allowance;
@@ -30,6 +33,7 @@ pub struct SweepSettings {
     methods: MethodSettings,
     values: ValueOptions,
     patterns: ScoredPatterns,
+    purity: Option<f64>,
 }
 
 impl Default for SweepSettings {
@@ -38,6 +42,7 @@ impl Default for SweepSettings {
             methods: MethodSettings::default(),
             values: ValueOptions::default(),
             patterns: PatternSource::Grid(DEFAULT_GRID.0).into(),
+            purity: None,
         }
     }
 }
@@ -94,6 +99,51 @@ impl SweepOptions {
         self.own.patterns = patterns;
         self
     }
+
+    /// With the threshold of detections that has the highest recovery at this purity, or a higher
+    /// one, for each method. It is chosen on training patterns, by default like those that are
+    /// scored. Only for a sweep of that threshold.
+    #[must_use]
+    pub fn with_purity(mut self, purity: f64) -> Self {
+        self.own.purity = Some(purity);
+        self
+    }
+
+    /// The conditions, in which detections may be wrong if their threshold is varied.
+    ///
+    /// # Errors
+    /// Invalid conditions, or settings that do not fit the varied quantity.
+    fn checked_conditions(&self) -> Result<Conditions> {
+        let mut conditions = self.conditions.with_seed(self.seed);
+        conditions.check()?;
+        let is_varied = self.own.values.axis == Axis::MinDetection;
+        if let Some(purity) = self.own.purity {
+            if !is_varied {
+                return Err(Error::usage(
+                    "'purity'",
+                    "applies only to a sweep of the threshold of detections",
+                    "leave it out, or choose 'sweep_axis' min-detection",
+                ));
+            }
+            if !(purity > 0.0 && purity <= 1.0) {
+                return Err(Error::usage(
+                    "'purity'",
+                    format!("{} is not a purity", shown_number(purity)),
+                    "give the share of what is binned that belongs there, above 0 and at most 1, \
+                     such as 0.98",
+                ));
+            }
+        }
+        if is_varied && conditions.min_detection > 0.0 {
+            return Err(Error::usage(
+                "'min_detection'",
+                "is the quantity that the sweep varies",
+                "leave it out, or vary another quantity",
+            ));
+        }
+        conditions.disturbances.misdetections |= is_varied;
+        Ok(conditions)
+    }
 }
 
 /// A sweep whose settings are checked and whose patterns are drawn.
@@ -115,6 +165,9 @@ pub struct SweepStudy<'a> {
 pub struct Swept {
     /// The methods at the values that were completed before a stop request.
     pub sweep: Sweep,
+    /// The threshold of detections for each method; `None` without a wanted purity, and if the user
+    /// stopped the sweep before they were chosen.
+    pub thresholds: Option<ThresholdChoices>,
     /// Remarks on what was left out, and on how the figures are to be read.
     pub notes: Vec<Note>,
 }
@@ -141,8 +194,9 @@ impl<'a> SweepStudy<'a> {
     /// An invalid range, settings that do not fit a line, or a pattern that cannot be generated
     /// or read.
     pub fn new(station: &'a Station, options: &'a SweepOptions) -> Result<Self> {
-        options.conditions.check()?;
-        let lines = values::lines(&options.own.values, station)?;
+        let conditions = options.checked_conditions()?;
+        let axis = options.own.values.axis;
+        let mut lines = values::lines(&options.own.values, station)?;
         let (strategies, note) = options.own.methods.strategies(&options.strategies);
         for line in &lines {
             let robots = line.station.robots().len();
@@ -157,16 +211,23 @@ impl<'a> SweepStudy<'a> {
         let (source, mut recipe) = options.own.patterns.recipe(station, seed, usual)?;
         let mut set = source.build(&recipe)?;
         let generated = !matches!(source, PatternSource::Files(_));
+        if axis == Axis::MinDetection {
+            check_training(options, generated, &set)?;
+            lines = values::thresholds(&options.own.values, station, &set.patterns)?;
+        }
         let is_usual = options.own.patterns.items().is_none() && recipe.items == usual;
-        if generated && is_usual && options.own.values.axis != Axis::Speed {
+        if generated && is_usual && axis != Axis::Speed {
             // These are scored by what they pick in the steady state.
             recipe.items = values::items(&lines, &set.patterns, recipe.items)?;
             set = source.build(&recipe)?;
         }
+        if axis == Axis::MinDetection {
+            set = with_detection_draws(set, &source, &conditions);
+        }
         Ok(Self {
             station,
             options,
-            conditions: options.conditions.with_seed(options.seed),
+            conditions,
             lines,
             strategies,
             source,
@@ -212,6 +273,7 @@ impl<'a> SweepStudy<'a> {
                 let own = LineAt {
                     value: self.station.belt().speed,
                     station: self.station.clone(),
+                    min_detection: None,
                 };
                 let (own, trained) = self.settings(&[own], environment)?;
                 let (options, own) = (&self.options.own.values, &own[0]);
@@ -231,13 +293,61 @@ impl<'a> SweepStudy<'a> {
             environment,
         )?;
         let generated = !matches!(self.source, PatternSource::Files(_));
-        notes.extend(condition_notes(&self.conditions, generated));
-        Ok(Swept { sweep, notes })
+        let without_own = generated && self.recipe.attributes.p_grasp.is_none();
+        notes.extend(condition_notes(&self.conditions, without_own));
+        let items = patterns.iter().map(|pattern| pattern.items());
+        notes.extend(detection_notes(&self.conditions, items));
+        let thresholds = self.thresholds(&settings, &sweep, environment)?;
+        Ok(Swept {
+            sweep,
+            thresholds,
+            notes,
+        })
+    }
+
+    /// The thresholds of detections for the wanted purity, chosen on training patterns; `None` if
+    /// they are not asked for or the user stops the work. `fresh` is the sweep of `settings` on the
+    /// scored patterns.
+    fn thresholds(
+        &self,
+        settings: &[Setting],
+        fresh: &Sweep,
+        environment: &Environment,
+    ) -> Result<Option<ThresholdChoices>> {
+        let Some(purity) = self.options.own.purity else {
+            return Ok(None);
+        };
+        let within = PartProgress {
+            whole: environment.progress,
+            part: "choosing thresholds".into(),
+        };
+        let environment = Environment {
+            progress: &within,
+            ..*environment
+        };
+        let line = self.search(self.station, &environment);
+        let line = line.under(&self.conditions);
+        let training = &self.options.own.methods.training;
+        let set = line.for_thresholds(training, &self.source, &self.recipe)?;
+        let conditions = line.conditions();
+        let trained = sweep_settings(settings, &set.patterns, conditions, false, &environment);
+        let is_whole = |sweep: &Sweep| sweep.values.len() == sweep.planned;
+        match trained {
+            Ok(trained) if is_whole(&trained) && is_whole(fresh) => {
+                let on = set.description;
+                Ok(Some(choose_thresholds(purity, on, &trained, fresh)))
+            }
+            Ok(_) => Ok(None),
+            Err(error) if error.is_interrupted() => Ok(None),
+            Err(error) => Err(error),
+        }
     }
 
     /// Robust GT (game theory) of one line.
-    fn robust(&self, station: &Station, environment: &Environment) -> Result<RobustGt> {
-        let line = self.search(station, environment).under(&self.conditions);
+    fn robust(&self, line: &LineAt, environment: &Environment) -> Result<RobustGt> {
+        let least = line.min_detection.unwrap_or(self.conditions.min_detection);
+        let conditions = self.conditions.with_min_detection(least);
+        let line = self.search(&line.station, environment).under(&conditions);
         let training = match &self.options.own.methods.training {
             RobustTraining::LikeScored { items }
                 if self.is_papers_case() && self.conditions.describe().is_empty() =>
@@ -267,6 +377,7 @@ impl<'a> SweepStudy<'a> {
         let scope = match (&self.options.own.methods.training, axis) {
             (RobustTraining::Given(_), _) => None,
             (_, Axis::Speed) => Some(RobustScope::OwnSpeed),
+            (_, Axis::MinDetection) => Some(RobustScope::EveryThreshold),
             _ => Some(RobustScope::EveryLine),
         };
         let mut settings = Vec::with_capacity(lines.len());
@@ -281,7 +392,7 @@ impl<'a> SweepStudy<'a> {
                 progress: &within,
                 ..*environment
             };
-            let robust = self.robust(&line.station, &environment)?;
+            let robust = self.robust(line, &environment)?;
             let methods = self.methods(&line.station, &robust, &environment)?;
             note = Some(Note::Robust(RobustNote {
                 basis: robust.basis,
@@ -290,6 +401,7 @@ impl<'a> SweepStudy<'a> {
             settings.push(Setting {
                 value,
                 station: line.station.clone(),
+                min_detection: line.min_detection,
                 methods,
             });
         }
@@ -314,6 +426,52 @@ impl<'a> SweepStudy<'a> {
         }
         Ok(methods)
     }
+}
+
+/// Checks that there are patterns to choose a threshold on, other than those that are scored.
+///
+/// # Errors
+/// The scored patterns are recorded and no others are named, or those that are named are among them
+/// or have no `p_detection`.
+fn check_training(options: &SweepOptions, generated: bool, scored: &PatternSet) -> Result<()> {
+    match &options.own.methods.training {
+        _ if options.own.purity.is_none() => return Ok(()),
+        RobustTraining::On(set) => {
+            let mut labelled = set.labels.iter().zip(&set.patterns);
+            return match labelled.find(|(_, pattern)| scored.patterns.contains(pattern)) {
+                None => check_detections(set),
+                Some((label, _)) => Err(Error::usage(
+                    format!("'training': {}", shown(label)),
+                    "is one of the patterns that are swept, which would not be fresh",
+                    "name other patterns",
+                )),
+            };
+        }
+        _ if generated => return Ok(()),
+        _ => {}
+    }
+    Err(Error::usage(
+        "'purity'",
+        "there are no patterns to choose the threshold on: recorded patterns have no fresh ones like \
+         them",
+        "name other recorded patterns with 'training' SET",
+    ))
+}
+
+/// Checks that a threshold can be chosen on `set`.
+///
+/// # Errors
+/// None of its items has a `p_detection`.
+fn check_detections(set: &PatternSet) -> Result<()> {
+    let mut items = set.patterns.iter().flat_map(|pattern| pattern.items());
+    if items.any(|item| item.p_detection.is_some()) {
+        return Ok(());
+    }
+    Err(Error::usage(
+        "'training'",
+        "no item of these patterns has a p_detection, so no threshold can be chosen on them",
+        "name patterns with this column, or leave it out for patterns like those scored",
+    ))
 }
 
 /// For every policy, at how many values the line differs from its training, and how it differs

@@ -4,11 +4,13 @@ use crate::dispatch::RULES;
 use crate::error::{Error, Result};
 use crate::experiment::load_cases;
 use crate::optimize::Environment;
-use crate::rl::domain::{Course, scenes};
+use crate::pattern::{Pattern, random_stream};
+use crate::rl::domain::{Course, scenes, with_classes};
 use crate::rl::{
     Checkpoint, Curve, Judged, Kept, Plan, Record, Round, ShareOfGreedy, Trainer, TrainingResults,
     Trial, TrialName,
 };
+use crate::sim::Disturbances;
 use crate::station::Station;
 use crate::strategies::{self, StrategySpec, default_assignment};
 use serde::{Deserialize, Serialize};
@@ -395,11 +397,16 @@ fn trial_courses(lines: &[TrainingLine]) -> Result<Vec<(TrialName, Vec<Course>)>
                 continue;
             }
             let patterns = case.patterns(station.belt(), TRIALS, TRIAL_SEED)?;
-            let course = |(_, pattern)| Course {
-                station: station.clone(),
-                pattern,
+            let course = |(index, (_, pattern)): (usize, (_, Pattern))| {
+                let mut rng = random_stream(TRIAL_SEED, index as u64);
+                Ok(Course {
+                    station: station.clone(),
+                    pattern: with_classes(&pattern, station, &mut rng)?.unwrap_or(pattern),
+                    disturbances: Disturbances::default(),
+                })
             };
-            list.push((title, patterns.into_iter().map(course).collect()));
+            let courses = patterns.into_iter().enumerate().map(course);
+            list.push((title, courses.collect::<Result<_>>()?));
         }
     }
     Ok(list)

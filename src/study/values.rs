@@ -57,6 +57,46 @@ pub(super) struct LineAt {
     pub value: f64,
     /// The station at this value.
     pub station: Station,
+    /// The lowest `p_detection` of items that are picked, if that is varied.
+    pub min_detection: Option<f64>,
+}
+
+/// The thresholds of detections: as requested, otherwise about thirty over the `p_detection` of the
+/// items of `patterns`, the first of which leaves none on the belt.
+///
+/// # Errors
+/// An invalid range, or no item with a `p_detection`.
+pub(super) fn thresholds(
+    options: &ValueOptions,
+    station: &Station,
+    patterns: &[Pattern],
+) -> Result<Vec<LineAt>> {
+    let items = patterns.iter().flat_map(Pattern::items);
+    let given = items.filter_map(|item| item.p_detection);
+    let (low, high) = given.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
+        (low.min(p), high.max(p))
+    });
+    if low > high {
+        return Err(Error::usage(
+            "'sweep_axis' min-detection",
+            "no item has a p_detection, so a threshold leaves none on the belt",
+            "give 'p_detection' DIST for generated patterns, such as 'p_detection' beta:8,2, or \
+             patterns with this column",
+        ));
+    }
+    let step = step_between(low, high);
+    let usual = Range {
+        from: multiple_below(low, step),
+        to: multiple_below(high, step),
+        step,
+    };
+    lines_over(options, station, usual)
+}
+
+/// The greatest multiple of `step` that is at most `value`, whatever the rounding.
+fn multiple_below(value: f64, step: f64) -> f64 {
+    let multiple = (value / step + 1e-9).floor() * step;
+    (multiple * 1e9).round() / 1e9
 }
 
 /// The lines at the requested values; missing ones default to values around the station's.
@@ -64,23 +104,43 @@ pub(super) struct LineAt {
 /// # Errors
 /// An invalid range, or a value for which there is no valid line.
 pub(super) fn lines(options: &ValueOptions, station: &Station) -> Result<Vec<LineAt>> {
+    lines_over(options, station, usual_range(options.axis, station))
+}
+
+/// The values that are run if none are asked for.
+fn usual_range(axis: Axis, station: &Station) -> Range {
     let robots = station.robots();
     let around = |value: f64| Range::around(0.4 * value, 1.6 * value);
-    let usual = match options.axis {
+    match axis {
         Axis::Speed => below_arms(station, around(station.belt().speed)),
         Axis::Robots => Range {
             from: 1.0,
             to: ((robots.len() + 2) as f64).clamp(6.0, MOST_ROBOTS),
             step: 1.0,
         },
+        // Until it is known which values the patterns have.
+        Axis::MinDetection => Range {
+            from: 0.0,
+            to: 1.0,
+            step: 0.05,
+        },
         Axis::Spacing => match robots {
             [first, second, ..] => around(second.base.x - first.base.x),
             _ => Range::around(1.0, 3.0),
         },
         Axis::Reach => around(robots[0].reach),
+    }
+}
+
+/// The lines at the requested values; missing ones default to those of `usual`.
+fn lines_over(options: &ValueOptions, station: &Station, usual: Range) -> Result<Vec<LineAt>> {
+    let range = range(options, usual);
+    let values = match options.axis {
+        Axis::MinDetection => range.probabilities()?,
+        _ => range.values()?,
     };
-    let values = range(options, usual).values()?.into_iter();
     values
+        .into_iter()
         .map(|value| line_at(options, station, value))
         .collect()
 }
@@ -118,6 +178,7 @@ fn line_at(options: &ValueOptions, station: &Station, value: f64) -> Result<Line
         Axis::Speed => station.with_belt_speed(value),
         Axis::Spacing => station.with_spacing(value),
         Axis::Reach => station.with_reach(value),
+        Axis::MinDetection => Ok(station.clone()),
         Axis::Robots if value.fract() == 0.0 && value <= MOST_ROBOTS => match &options.of_robots {
             Some(of_robots) => with_robots(of_robots(value as usize)?, value as usize),
             None => Err(Error::usage(
@@ -135,7 +196,12 @@ fn line_at(options: &ValueOptions, station: &Station, value: f64) -> Result<Line
     // The value comes from the range.
     let place = format!("'sweep_axis' {} at {value}", options.axis.name());
     let station = line.map_err(|error| error.at(&place).into_usage())?;
-    Ok(LineAt { value, station })
+    let is_threshold = options.axis == Axis::MinDetection;
+    Ok(LineAt {
+        value,
+        station,
+        min_detection: is_threshold.then_some(value),
+    })
 }
 
 /// The settings of a sweep of the belt speed around the limits of the methods in `own`, which
@@ -157,6 +223,7 @@ pub(super) fn speeds(
         Ok(Setting {
             value,
             station: line_at(options, station, value)?.station,
+            min_detection: None,
             methods: own.methods.clone(),
         })
     };

@@ -17,7 +17,7 @@ async function checkFigures(page, report) {
   for (const { path, value, text } of figures) {
     assert.equal(value, at(report, path), path);
     paths.add(path);
-    const share = /share|complete_(low|high)$/.test(path) ? 100 : 1;
+    const share = /share|complete_(low|high)$|(purity|recovery)(_low|_high)?$/.test(path) ? 100 : 1;
     const digits = (text.split(".")[1] ?? "").length;
     assert.ok(Math.abs(Number(text) - share * value) <= 0.5001 * 10 ** -digits, `${path}: ${text}`);
   }
@@ -141,6 +141,18 @@ async function checkSweep(page, report, paths) {
   has(paths, limits);
 }
 
+async function checkThresholds(page, report, paths) {
+  has(paths, all(report.points, ["sorting.purity", "sorting.recovery", "sorting.due"], "points"));
+  const chosen = ["threshold", "trained.purity", "fresh.purity", "fresh.recovery_low"];
+  has(paths, all(report.thresholds.methods, chosen, "thresholds.methods"));
+  const said = await tips(page, "purity");
+  assert.equal(said.length, report.points.length);
+  for (const { title, value, sorting } of report.points) {
+    const words = `${title} at ${value}: purity ${(100 * sorting.purity).toFixed(1)} %`;
+    assert.ok(said.some((tip) => tip.startsWith(words)), `${words} in ${said}`);
+  }
+}
+
 async function checkOptimum(page, report, paths) {
   const top = report.ranking.slice(0, 10);
   has(paths, all(top, ["mean", "picked_share", "worst"], "ranking"));
@@ -180,6 +192,14 @@ const runs = {
   "sweep robots": [
     checkSweep,
     ["sweep", "--sweep", "robots", "--to", "3", "--train-items", "10", "--patterns", "balanced:3"],
+  ],
+  "sweep thresholds": [
+    checkThresholds,
+    [
+      ...["sweep", "--sweep", "min-detection", "--from", "0.4", "--to", "0.8", "--step", "0.2"],
+      ...["--patterns", "poisson:0.2:4", "--items", "40", "--p-detection", "uniform:0.4,1"],
+      ...["--purity", "0.75", ...robust, "--strategy", "FIFO,FIFO"],
+    ],
   ],
   optimize: [checkOptimum, ["optimize", ...small]],
   "optimize beside strategies": [

@@ -190,3 +190,69 @@ fn built_in_stations_and_patterns_are_plausible() {
         assert_eq!(output.status.code(), Some(0), "{arguments:?}: {told}");
     }
 }
+
+/// Items that no robot has a bin for are told of, by every verb that reads the pattern; those of a
+/// class that is not wanted are not.
+#[test]
+fn a_class_that_nobody_takes() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let pattern = |classes: &str| format!("id,x,y,class\na,0,0,pet\nb,-0.5,0,{classes}\n");
+    std::fs::write(at("glass.csv"), pattern("glass")).unwrap();
+    std::fs::write(at("wood.csv"), pattern("wood")).unwrap();
+    let case = "[[case]]\nname = \"a\"\npattern = \"glass.csv\"\n";
+    std::fs::write(at("cases.toml"), case).unwrap();
+    let (glass, cases) = (at("glass.csv"), at("cases.toml"));
+    let robust = ["--robust", "SPT,SPT,SPT,SPT"];
+    for call in [
+        &[
+            "simulate",
+            "--pattern",
+            &glass,
+            "--strategy",
+            "SPT,SPT,SPT,SPT",
+        ][..],
+        &["bound", "--pattern", &glass],
+        &[
+            "sweep",
+            "--patterns",
+            &glass,
+            "--from",
+            "0.3",
+            "--to",
+            "0.3",
+            robust[0],
+            robust[1],
+        ],
+        &[
+            "compare",
+            "--no-greedy",
+            "--no-policy",
+            "--cases",
+            &cases,
+            robust[0],
+            robust[1],
+        ],
+    ] {
+        let call = [call, &["-q", "--station", "sorting"]].concat();
+        doubtful(
+            &call,
+            &["class", "no robot has a bin for 1 item of class `glass`"],
+        );
+    }
+    let wood = at("wood.csv");
+    let call = [
+        "simulate",
+        "-q",
+        "--station",
+        "sorting",
+        "--strict",
+        "--pattern",
+        &wood,
+    ];
+    let output = pickline(&[&call[..], &["--strategy", "SPT,SPT,SPT,SPT"]].concat());
+    assert!(
+        output.status.success() && output.stderr.is_empty(),
+        "{output:?}"
+    );
+}

@@ -103,11 +103,13 @@ fn result_files_are_those_that_are_announced() {
             OptimumReport::file_names(),
         ),
         (
-            "compare --robust SPT,FIFO --no-policy --no-greedy --no-bound --replicates 1",
+            "compare --robust SPT,FIFO --no-policy --no-greedy --no-bound --replicates 1 \
+             --misdetections",
             ComparisonReport::file_names(),
         ),
         (
-            "sweep --robust SPT,FIFO --no-bound --from 0.05 --to 0.05",
+            "sweep --robust SPT,FIFO --no-bound --sweep min-detection --from 0.5 --to 0.5 --items 9 \
+             --p-detection uniform:0,1 --purity 0.1",
             SweepReport::file_names(),
         ),
         (
@@ -209,6 +211,7 @@ fn whole_values_outlive_an_interruption() {
     let setting = |value: f64| Setting {
         value,
         station: station.with_belt_speed(value).unwrap(),
+        min_detection: None,
         methods: vec![Method::Robust("SPT,FIFO".parse().unwrap())],
     };
     let settings = [0.04, 0.05, 0.06].map(setting);

@@ -15,6 +15,15 @@ pub fn pickline(arguments: &[&str]) -> std::process::Output {
         .unwrap()
 }
 
+/// Runs the program in `folder`.
+pub fn pickline_in(folder: &std::path::Path, arguments: &[&str]) -> std::process::Output {
+    std::process::Command::new(env!("CARGO_BIN_EXE_pickline"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
 /// What the program prints when it succeeds.
 pub fn text(arguments: &[&str]) -> String {
     let output = pickline(arguments);

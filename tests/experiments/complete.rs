@@ -41,6 +41,7 @@ fn settings(speeds: &[f64]) -> Vec<Setting> {
     let at = |&value: &f64| Setting {
         value,
         station: one_robot().with_belt_speed(value).unwrap(),
+        min_detection: None,
         methods: vec![
             Method::Robust(RULES.parse().unwrap()),
             Method::greedy(1).unwrap(),
@@ -160,6 +161,7 @@ fn a_line_that_picks_nothing_has_no_rate_to_be_better_than() {
         name: "beyond".into(),
         source: CaseSource::File(file),
         items: 0,
+        attributes: Default::default(),
     }];
     let methods = settings(&[0.1]).remove(0).methods;
     let draws = Draws {

@@ -5,6 +5,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod class_columns;
 mod compare;
 mod compare_columns;
 mod complete;
@@ -15,6 +16,7 @@ mod pairing;
 #[cfg(unix)]
 #[path = "../common/programs.rs"]
 mod programs;
+mod purity_columns;
 mod ranking_columns;
 mod results;
 mod run_columns;
@@ -24,3 +26,4 @@ mod study_options;
 mod sweep;
 mod sweep_columns;
 mod training_seeds;
+mod tutorial;

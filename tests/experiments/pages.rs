@@ -34,7 +34,7 @@ fn figures(html: &str) -> Vec<Figure> {
 
 /// The names of fields that the columns of tables may hold, by how headers begin; `95 %` is
 /// the interval of the column before.
-const COLUMNS: [(&str, &[&str]); 34] = [
+const COLUMNS: [(&str, &[&str]); 44] = [
     ("throughput [1/min]", &["throughput_per_min"]),
     ("flow [1/min]", &["flow_per_min"]),
     ("added a robot [1/min]", &["added_per_robot_per_min"]),
@@ -55,6 +55,16 @@ const COLUMNS: [(&str, &[&str]); 34] = [
     ("complete [%]", &["complete_share"]),
     ("to 99 % [%]", &["nearly_complete_share"]),
     ("speed [m/s]", &["value"]),
+    ("min-detection", &["value"]),
+    ("binned", &["binned"]),
+    ("rightly binned", &["rightly_binned"]),
+    ("due", &["due"]),
+    ("purity [%]", &["purity"]),
+    ("recovery [%]", &["recovery"]),
+    ("threshold", &["threshold"]),
+    ("purity in training [%]", &["trained.purity"]),
+    ("purity on fresh patterns [%]", &["purity"]),
+    ("recovery on fresh patterns [%]", &["recovery"]),
     ("everything up to", &["highest", "robust_gt", "rl"]),
     ("first miss at", &["first_miss"]),
     ("everything again at", &[]),
@@ -169,6 +179,8 @@ fn check(call: &str, json: &str) -> usize {
             "complete_share",
             "complete_low",
             "complete_high",
+            ".purity",
+            ".recovery",
         ];
         let is_share = as_shares.iter().any(|name| figure.name.contains(name));
         let value = if is_share {
@@ -198,6 +210,7 @@ fn figures_of_pages_are_those_of_their_reports() {
     );
     std::fs::write(file("cases.toml"), cases).unwrap();
     let (line, list, set) = (file("line.toml"), file("cases.toml"), file("set"));
+    let doubtful = "--p-detection uniform:0.3,1";
     let given = format!("--station {line} --robust SPT,FIFO --strategy rules:LPT,PP");
     for (call, json) in [
         (
@@ -216,6 +229,19 @@ fn figures_of_pages_are_those_of_their_reports() {
             format!(
                 "sweep --patterns random:60/min:2 --items 110 --from 0.1 --to 0.12 --step 0.02 \
                  {given}"
+            ),
+            "sweep.json",
+        ),
+        (
+            format!(
+                "compare --cases {list} --replicates 3 --no-policy --misdetections {doubtful} {given}"
+            ),
+            "compare.json",
+        ),
+        (
+            format!(
+                "sweep --patterns random:60/min:3 --items 40 --sweep min-detection --from 0.4 --to \
+                 1 --step 0.2 --purity 0.6 {doubtful} {given}"
             ),
             "sweep.json",
         ),

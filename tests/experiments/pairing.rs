@@ -54,6 +54,7 @@ fn case(name: &str, source: CaseSource) -> Case {
         name: name.into(),
         source,
         items: 30,
+        attributes: Default::default(),
     }
 }
 
@@ -112,6 +113,7 @@ fn settings(speeds: &[f64]) -> Vec<Setting> {
     let at = |&value: &f64| Setting {
         value,
         station: station().with_belt_speed(value).unwrap(),
+        min_detection: None,
         methods: methods(),
     };
     speeds.iter().map(at).collect()

@@ -31,6 +31,7 @@ fn speed_limits_are_those_of_a_brute_force_scan() {
         .map(|&value| Setting {
             value,
             station: station.with_belt_speed(value).unwrap(),
+            min_detection: None,
             methods: vec![Method::Robust("SPT,FIFO".parse().unwrap())],
         })
         .collect();

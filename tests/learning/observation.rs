@@ -89,6 +89,7 @@ fn decision(station: &Station, work: impl FnOnce(&Snapshot)) {
         x,
         y,
         weight: 0.5,
+        odds: pickline::decision::Odds::SURE,
     };
     let in_view = [
         // Past `b`, for `c` alone.
@@ -106,6 +107,7 @@ fn decision(station: &Station, work: impl FnOnce(&Snapshot)) {
         candidates: &candidates,
         free_at: &[16.0, 10.0, 14.0],
         places: &[0; 8],
+        candidate_odds: &[],
         in_view: &in_view,
     });
 }
@@ -311,7 +313,11 @@ fn actions_are_slots_and_the_last_is_to_wait() {
 
 #[test]
 fn views_are_known_by_their_names() {
-    for (view, name) in [(View::Paper, "paper"), (View::Full, "full")] {
+    for (view, name) in [
+        (View::Paper, "paper"),
+        (View::Full, "full"),
+        (View::Real, "real"),
+    ] {
         assert_eq!((view.name(), view.to_string().as_str()), (name, name));
         assert_eq!(name.parse::<View>().unwrap(), view);
     }

@@ -64,6 +64,7 @@ mod support;
 #[path = "../common/trouble.rs"]
 mod trouble;
 #[cfg(unix)]
+mod unwanted;
 mod values;
 mod views;
 #[cfg(unix)]

@@ -123,9 +123,10 @@ fn equals_simulation(station: &Station, pattern: &Pattern, text: &str) {
         missed.filter(|miss| miss.reason.name() == name).count() as u64
     };
     let missed = run.status.missed;
-    // To the node, an item that no robot has a bin for is out of every robot's reach.
-    let left = outcome.left.len() as u64;
-    assert_eq!(missed.unreachable, count("unreachable") + left, "{text}");
+    assert_eq!(missed.unreachable, count("unreachable"), "{text}");
+    let left = station.leaves_items().then_some(outcome.left.len() as u64);
+    assert_eq!(run.status.unwanted, left, "{text}");
+    assert_eq!(run.status.picked_share, outcome.figures.picked_share());
     assert_eq!(missed.passed_over, count("passed_over"), "{text}");
     assert_eq!(missed.busy, count("busy"), "{text}");
     assert_eq!(run.picked.len(), outcome.picks.len());

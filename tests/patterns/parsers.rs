@@ -410,6 +410,7 @@ proptest! {
         }
         let item = |name: &String| pattern::Item {
             class: Some(name.clone()),
+            true_class: Some(names[0].clone()),
             ..pattern::Item::at(name, 0.0, 0.0)
         };
         if let Ok(pattern) = Pattern::new(names.iter().map(item).collect()) {

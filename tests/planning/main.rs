@@ -10,5 +10,6 @@ mod bound_verb;
 mod brute_force;
 #[path = "../common/mod.rs"]
 mod common;
+mod foresight;
 mod lookahead;
 mod real_lines;

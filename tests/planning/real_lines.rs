@@ -23,10 +23,20 @@ struct Schedules<'a> {
     taken: Vec<bool>,
     most: usize,
     heaviest: f64,
+    /// The most items of one part of the pattern.
+    most_of_part: usize,
 }
 
+/// The items that are a part of their pattern, for bounds of such a part: every other one.
+fn is_part(item: usize) -> bool {
+    item.is_multiple_of(2)
+}
+
+/// What a schedule has earned: items, their weight, and the items of the part.
+type Earned = (usize, f64, usize);
+
 impl Schedules<'_> {
-    fn of(station: &Station, pattern: &Pattern) -> (usize, f64) {
+    fn of(station: &Station, pattern: &Pattern) -> Earned {
         let book = Book {
             station,
             items: pattern.items(),
@@ -37,15 +47,17 @@ impl Schedules<'_> {
             taken,
             most: 0,
             heaviest: 0.0,
+            most_of_part: 0,
         };
         let rest = station.robots()[0].rest;
-        all.robot(0, (0.0, rest), (0, 0.0));
-        (all.most, all.heaviest)
+        all.robot(0, (0.0, rest), (0, 0.0, 0));
+        (all.most, all.heaviest, all.most_of_part)
     }
 
-    fn robot(&mut self, index: usize, (free, place): (f64, Point2<f64>), had: (usize, f64)) {
+    fn robot(&mut self, index: usize, (free, place): (f64, Point2<f64>), had: Earned) {
         self.most = self.most.max(had.0);
         self.heaviest = self.heaviest.max(had.1);
+        self.most_of_part = self.most_of_part.max(had.2);
         let robots = self.book.station.robots();
         if let Some(next) = robots.get(index + 1) {
             self.robot(index + 1, (0.0, next.rest), had);
@@ -65,7 +77,9 @@ impl Schedules<'_> {
             }
             let (_, _, release) = self.book.pick(robot, place, item, start);
             let bin = &robot.bins[self.book.bin(robot, item).unwrap()];
-            let more = (had.0 + 1, had.1 + self.book.weight(item));
+            let of_part = usize::from(is_part(number));
+            let weight = self.book.weight(item);
+            let more = (had.0 + 1, had.1 + weight, had.2 + of_part);
             self.taken[number] = true;
             self.robot(index, (release, bin.at), more);
             self.taken[number] = false;
@@ -95,12 +109,17 @@ proptest! {
 
     #[test]
     fn no_schedule_has_more_than_the_bound((station, pattern) in cases(2, 5)) {
-        let (most, heaviest) = Schedules::of(&station, &pattern);
+        let (most, heaviest, most_of_part) = Schedules::of(&station, &pattern);
         let scene = Scene::new(&station, &pattern).unwrap();
         let picks = bounds(&scene, BoundObjective::Picks);
         prop_assert!(most as f64 <= picks, "{most} {picks}");
         let weight = bounds(&scene, BoundObjective::Weight);
         prop_assert!(heaviest <= weight * (1.0 + 1e-9), "{heaviest} {weight}");
+        let part: Vec<bool> = (0..pattern.len()).map(is_part).collect();
+        let options = BoundOptions::default().with_iterations(60).with_counted(part);
+        let part = upper_bound(&scene, &options, &mut |_, _| true).unwrap();
+        prop_assert!(most_of_part as f64 <= part.value, "{most_of_part} {}", part.value);
+        prop_assert!(part.schedule.is_none() && part.value <= pattern.len() as f64);
     }
 
     #[test]

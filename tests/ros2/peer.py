@@ -155,7 +155,8 @@ def check(task):
         "reach": math.dist((task.meet.x, task.meet.y), base) <= REACH + 1e-6,
         "travel": abs(way / ARM - (meet_at - times[1])) < 1e-3,
         "free": free_at >= meet_at + GRASP,
-        "bin": (task.bin.x, task.bin.y) == bin,
+        # One bin for everything has no name.
+        "bin": (task.bin.x, task.bin.y) == bin and task.bin_name == "",
         # The weight that follows from the area in cm^2 and the probability of the detection.
         "priority": abs(task.priority - 0.9 / (1 + math.exp(-50 / 100))) < 1e-9,
         "strategy": task.strategy.startswith("rules:"),
@@ -200,7 +201,7 @@ while time.time() < until and not (found["status"] and found["status"]["last"]):
     for figures in status.take(64):
         found["status"] = {
             "last": figures.last, "seen": figures.seen, "picked": figures.picked,
-            "on_belt": figures.on_belt, "claimed": figures.claimed,
+            "on_belt": figures.on_belt, "claimed": figures.claimed, "unwanted": figures.unwanted,
             "frame": figures.header.frame_id, "decisions": figures.decisions,
             "rejected": {count.what: count.count for count in figures.rejected},
             "robots": {robot.name: robot.picked for robot in figures.robots},

@@ -26,12 +26,15 @@ fn decided(outcome: &Outcome) -> Vec<Recorded> {
     all
 }
 
-/// Grasp probabilities that differ from item to item, some left out.
+/// Grasp and detection probabilities that differ from item to item, some left out.
 fn with_probabilities(pattern: &Pattern) -> Pattern {
     let p = [Some(0.5), None, Some(0.9), Some(0.0), Some(1.0), Some(0.2)];
-    let items = pattern.items().iter().zip(p.iter().cycle());
-    let items = items.map(|(item, p)| Item {
+    let detected = [None, Some(0.4), Some(0.8), Some(0.6)];
+    let p = p.iter().cycle().zip(detected.iter().cycle());
+    let items = pattern.items().iter().zip(p);
+    let items = items.map(|(item, (p, detected))| Item {
         p_grasp: *p,
+        p_detection: *detected,
         ..item.clone()
     });
     Pattern::new(items.collect()).unwrap()
@@ -41,16 +44,22 @@ fn conditions() -> impl proptest::strategy::Strategy<Value = Conditions> {
     let hz = prop_oneof![2 => Just(0.0), 1 => 0.5..20.0f64];
     let camera = prop::option::of(-1.0..2.0f64);
     let noise = prop_oneof![Just(0.0), 0.001..0.05f64, 0.05..1.0f64];
-    (hz, camera, any::<bool>(), 0.0..=1.0f64, noise, any::<u64>()).prop_map(
-        |(update_hz, camera_x, grasp_failures, default_p_grasp, position_noise, seed)| {
+    let least = prop_oneof![2 => Just(0.0), 1 => 0.0..=1.0f64];
+    let detections = (least, any::<bool>());
+    let grasps = (any::<bool>(), 0.0..=1.0f64);
+    (hz, camera, grasps, noise, any::<u64>(), detections).prop_map(
+        |(update_hz, camera_x, grasps, position_noise, seed, (min_detection, misdetections))| {
+            let (grasp_failures, default_p_grasp) = grasps;
             Conditions::default()
                 .with_update_hz(update_hz)
                 .with_camera_x(camera_x)
+                .with_min_detection(min_detection)
                 .with_disturbances(
                     Disturbances::default()
                         .with_grasp_failures(grasp_failures)
                         .with_default_p_grasp(default_p_grasp)
                         .with_position_noise(position_noise)
+                        .with_misdetections(misdetections)
                         .with_seed(seed),
                 )
         },
@@ -79,7 +88,7 @@ proptest! {
         let transcription = transcribed(&station, pattern.items(), Decider::Rules(&rules), &conditions);
         prop_assert_eq!((decided(&outcome), outcome.missed.clone()), transcription);
         checker::check(&station, &pattern, &outcome).unwrap();
-        let disturbed = conditions.disturbances.any();
+        let disturbed = conditions.disturbances.may_fail();
         prop_assert!(!(disturbed && Cascade::new(&scene).is_some()));
         prop_assert!(disturbed || outcome.failures.is_empty());
     }
@@ -191,8 +200,11 @@ impl Events {
         picked.sort_unstable();
         self.released.sort_unstable();
         assert_eq!(self.released, picked);
-        let missed: Vec<u32> = outcome.missed.iter().map(|m| m.item).collect();
-        assert_eq!(self.left, missed);
+        // Whatever was not picked, in order of index as of time.
+        let missed = outcome.missed.iter().map(|miss| miss.item);
+        let mut left: Vec<u32> = missed.chain(outcome.left.iter().map(|l| l.item)).collect();
+        left.sort_unstable();
+        assert_eq!(self.left, left);
         let failures = outcome.failures.iter().map(|f| {
             let robot = f.attempt.robot;
             let ends = f.claim_ends(station.robots()[robot].grasp_time);

@@ -38,6 +38,12 @@ pub fn transcribed(
         .zip(0..)
         .map(|(item, j)| wrong.reported(j, item, belt.width))
         .collect();
+    // What is below the threshold is left, as if it were not there.
+    let left = |j: &usize| {
+        let p = items[*j].p_detection;
+        p.is_some_and(|p| p < conditions.min_detection)
+    };
+    let all = || (0..items.len()).filter(|j| !left(j));
     let window = |r: &Robot, (x0, y): (f64, f64)| -> Option<(f64, f64)> {
         let departure = |x: f64| {
             (x - x0) / v
@@ -85,7 +91,7 @@ pub fn transcribed(
     loop {
         let mut next: Option<(f64, usize, Vec<usize>)> = None;
         for (i, robot) in station.robots().iter().enumerate() {
-            let windows: Vec<_> = (0..items.len())
+            let windows: Vec<_> = all()
                 .filter_map(|j| Some((j, known(robot, reported[j])?)))
                 .collect();
             let mut from = free[i];
@@ -181,7 +187,7 @@ pub fn transcribed(
                 continue;
             }
             _ => {
-                let unclaimed = (0..items.len()).filter(|&j| unclaimed_from[j] <= t);
+                let unclaimed = all().filter(|&j| unclaimed_from[j] <= t);
                 let opens = unclaimed.filter_map(|j| Some(known(r, reported[j])?.0));
                 free[i] = opens.filter(|open| *open > t).fold(f64::INFINITY, f64::min);
                 continue;
@@ -204,7 +210,7 @@ pub fn transcribed(
         };
         told.push((i, best, t, picked));
     }
-    let missed = (0..items.len()).filter(|&j| unclaimed_from[j].is_finite());
+    let missed = all().filter(|&j| unclaimed_from[j].is_finite());
     let some = |see: &dyn Fn(&Robot) -> bool| station.robots().iter().any(see);
     let missed = missed.map(|j| {
         let reason = if !some(&|robot| window(robot, (items[j].x0, items[j].y)).is_some()) {

@@ -28,6 +28,7 @@ fn swept(stations: Vec<(f64, Station)>, patterns: &[Pattern]) -> Sweep {
         };
         Setting {
             value,
+            min_detection: None,
             methods: vec![method("SPT"), method("FIFO")],
             station,
         }

@@ -7,6 +7,7 @@ mod checker;
 mod clearance;
 #[path = "../common/mod.rs"]
 mod common;
+mod detections;
 mod disturbed;
 mod disturbed_transcription;
 mod engines;

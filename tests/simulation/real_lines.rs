@@ -7,7 +7,7 @@
 //! rounding, and no decision may be missing.
 
 #[path = "../common/real_lines.rs"]
-mod common_real_lines;
+pub mod common_real_lines;
 
 use common_real_lines::{Book, patterns, stations};
 use nalgebra::Point2;

@@ -88,6 +88,7 @@ fn a_further_robot_is_worth_its_own_capacity() {
     let setting = |robots: usize| Setting {
         value: robots as f64,
         station: narrow(robots),
+        min_detection: None,
         methods: vec![Method::Robust(
             vec!["SPT"; robots].join(",").parse().unwrap(),
         )],

@@ -97,7 +97,7 @@ impl BoundPlan {
             self.common.seed,
         )
         .under(&self.conditions);
-        let mut report = BoundReport::new(&self.pattern, &found.picks, found.weight.as_ref(), made);
+        let mut report = BoundReport::new(study.scene(), &found.picks, found.weight.as_ref(), made);
         report.notes = flags::in_notes(&found.notes);
         self.common
             .deliver(session, &report, &WHOLE, Outputs::default())

@@ -7,11 +7,11 @@ use super::pictures;
 use super::progress::Bar;
 use super::session::Session;
 use super::settings::parse_strategy;
-use pickline::error::{Result, counted};
+use pickline::error::{Error, Result, counted};
 use pickline::experiment::{Case, CaseSource, load_cases};
 use pickline::files;
 use pickline::optimize::Environment;
-use pickline::pattern;
+use pickline::pattern::{self, Attributes};
 use pickline::plausible::FLOW;
 use pickline::sim::Conditions;
 use pickline::station::Station;
@@ -48,9 +48,11 @@ impl CompareArgs {
         self.common.check()?;
         let chart = pictures::checked::<ComparisonReport>(&self.pictures)?;
         let conditions = self.conditions.resolve(&self.common)?;
+        let conditions = self.detections.add_to(conditions);
         let remark = |text: &str| self.common.remark(text);
         let (station, saved) = self.station.load_with_strategy(&remark)?;
-        let cases = load_cases(&self.cases)?;
+        let attributes = self.attributes.resolve()?;
+        let cases = with_attributes(load_cases(&self.cases)?, attributes)?;
         self.station.check_conditions(&conditions, &station)?;
         self.check_cases(&cases, &station)?;
         self.check_files(&cases)?;
@@ -135,6 +137,27 @@ impl CompareArgs {
         self.common
             .check_outputs::<ComparisonReport>("compare", &read, &self.pictures.files())
     }
+}
+
+/// `cases`, with these attributes of all items that are generated.
+///
+/// # Errors
+/// There are attributes, but all cases are recorded.
+fn with_attributes(cases: Vec<Case>, attributes: Attributes) -> Result<Vec<Case>> {
+    if attributes == Attributes::default() {
+        return Ok(cases);
+    }
+    if !cases.iter().any(Case::is_generated) {
+        return Err(Error::usage(
+            "--area, --p-detection, --p-grasp and --classes",
+            "do not apply to recorded patterns",
+            "leave them out; recorded patterns have their own items",
+        ));
+    }
+    let cases = cases.into_iter();
+    Ok(cases
+        .map(|case| case.with_attributes(attributes.clone()))
+        .collect())
 }
 
 impl ComparePlan {

@@ -369,10 +369,11 @@ impl EmulatorLoop<'_> {
         }
         if let Some(status) = &self.status {
             text += &format!(
-                "; the node reports {} of {} picked, {} missed",
+                "; the node reports {} of {} picked, {} missed{}",
                 status.picked,
                 status.seen,
-                status.missed.total()
+                status.missed.total(),
+                status.unwanted_words()
             );
             let unknown = status.missed.no_result;
             if unknown > 0 {

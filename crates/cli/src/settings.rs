@@ -1,8 +1,8 @@
 //! Turns arguments into the library's settings.
 
 use super::args::{
-    AttributeArgs, Common, ConditionArgs, FeedArgs, LimitArgs, PatternSetArgs, StationChoice,
-    TrainingArgs,
+    AttributeArgs, Common, ConditionArgs, DetectionArgs, FeedArgs, LimitArgs, PatternSetArgs,
+    StationChoice, TrainingArgs,
 };
 use super::session::tell;
 use super::warnings::warn;
@@ -10,7 +10,7 @@ use pickline::error::{Error, Result, shown, shown_number};
 use pickline::files;
 use pickline::optimize::{Limits, MostRuns};
 use pickline::pattern::{
-    self, Attributes, Distribution, Feed, FeedShape, Pattern, PatternSource, grid,
+    self, Attributes, ClassShares, Distribution, Feed, FeedShape, Pattern, PatternSource, grid,
 };
 use pickline::planning::Budget;
 use pickline::plausible::{CLUSTER_SPREAD, FLOW, GAP_LENGTH};
@@ -253,10 +253,15 @@ impl AttributeArgs {
             };
             text.as_ref().map(read).transpose()
         };
+        let classes = self.classes.as_deref().map(|text| {
+            text.parse::<ClassShares>()
+                .map_err(|e: Error| e.at(&format!("--classes {}", shown(text))))
+        });
         Ok(Attributes::default()
             .with_area_cm2(read(&self.area, "--area")?)
             .with_p_detection(read(&self.p_detection, "--p-detection")?)
-            .with_p_grasp(read(&self.p_grasp, "--p-grasp")?))
+            .with_p_grasp(read(&self.p_grasp, "--p-grasp")?)
+            .with_classes(classes.transpose()?))
     }
 }
 
@@ -281,6 +286,7 @@ impl ConditionArgs {
         let conditions = Conditions::default()
             .with_update_hz(common.update_hz)
             .with_camera_x(self.camera_x)
+            .with_min_detection(self.min_detection)
             .with_disturbances(
                 Disturbances::default()
                     .with_grasp_failures(self.grasp_success.is_some())
@@ -290,6 +296,14 @@ impl ConditionArgs {
             );
         conditions.check()?;
         Ok(conditions)
+    }
+}
+
+impl DetectionArgs {
+    /// `conditions`, in which detections may be wrong if that is asked for.
+    pub(crate) fn add_to(&self, mut conditions: Conditions) -> Conditions {
+        conditions.disturbances.misdetections = self.misdetections;
+        conditions
     }
 }
 

@@ -51,6 +51,7 @@ impl SimulateArgs {
         let common = &self.common;
         common.check()?;
         let conditions = self.conditions.resolve(common)?;
+        let conditions = self.detections.add_to(conditions);
         self.check_files()?;
         let allowance = Allowance::default().with_asked(budget(self.budget_ms)?);
         let (station, saved) = self
@@ -173,6 +174,7 @@ impl SimulatePlan {
         }
         let bound = run.bound.as_ref();
         report.bound = bound.map(|bound| CertifiedReport::new(&outcome.figures, bound));
+        report.certify_classes(&run.class_bounds);
         let mut outputs = Outputs::default();
         if let Some(trace) = &run.trace {
             let origin = report.made.csv_comment();

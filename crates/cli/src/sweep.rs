@@ -37,21 +37,29 @@ struct SweepPlan {
 impl SweepArgs {
     fn resolve(self) -> Result<SweepPlan> {
         self.common.check()?;
-        let chart = pictures::checked::<SweepReport>(&self.pictures)?;
-        let conditions = self.conditions.resolve(&self.common)?;
         let axis = Axis::named(&self.sweep)?;
+        let mut pictures = self.pictures.clone();
+        if axis == Axis::MinDetection && pictures.chart.is_none() {
+            pictures.chart = Some("purity".into());
+        }
+        let chart = pictures::checked::<SweepReport>(&pictures)?;
+        let conditions = self.conditions.resolve(&self.common)?;
+        let mut conditions = self.detections.add_to(conditions);
+        // As the library does, for the provenance.
+        conditions.disturbances.misdetections |= axis == Axis::MinDetection;
         let remark = |text: &str| self.common.remark(text);
         let (station, saved) = self.station.load_with_strategy(&remark)?;
         let saved = self.fitting(axis, saved);
         let patterns = self
             .feed
-            .patterns(&self.patterns, self.items, &self.station)?;
+            .patterns(&self.patterns, self.items, &self.station)?
+            .with_attributes(self.attributes.resolve()?);
         self.check_files(&patterns, saved.as_deref())?;
         let options = self.options(axis, patterns, saved, conditions, &station)?;
         Ok(SweepPlan {
             common: self.common,
             choice: self.station,
-            pictures: self.pictures,
+            pictures,
             chart,
             station,
             axis,
@@ -94,6 +102,9 @@ impl SweepArgs {
             .with_training(self.training.resolve(station, seed, false)?)
             .with_greedy(self.greedy)
             .with_bound(!self.no_bound);
+        if let Some(purity) = self.purity {
+            options = options.with_purity(purity);
+        }
         if let Some(from) = self.from {
             options = options.with_from(from);
         }
@@ -163,7 +174,8 @@ impl SweepPlan {
             flags::in_notes(&swept.notes),
             flags::flag,
             made,
-        ))
+        )
+        .with_thresholds(swept.thresholds.as_ref()))
     }
 
     /// Warns about implausible lines at the ends of the range; the values between them are no

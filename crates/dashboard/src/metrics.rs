@@ -72,6 +72,10 @@ pub fn metrics(view: &LineView, strategy: &str) -> String {
     ] {
         page.single(name, "gauge", help, count);
     }
+    if let Some(unwanted) = status.unwanted {
+        let help = "Items that are left on the belt on purpose.";
+        page.single("pickline_items_unwanted", "gauge", help, unwanted);
+    }
     page.robots(status);
     page.sources(view);
     let help = "Messages that were refused, by reason.";
@@ -204,4 +208,21 @@ fn escaped(text: &str) -> String {
     text.replace('\\', "\\\\")
         .replace('"', "\\\"")
         .replace('\n', "\\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A line that takes every item has no such metric.
+    #[test]
+    fn unwanted_items_are_a_metric_of_lines_that_leave_them() {
+        let mut view = LineView::default();
+        assert!(!metrics(&view, "s").contains("unwanted"));
+        view.status.unwanted = Some(7);
+        let page = metrics(&view, "s");
+        let samples = page.lines().filter(|line| line.contains("unwanted"));
+        let samples: Vec<&str> = samples.filter(|line| !line.starts_with('#')).collect();
+        assert_eq!(samples, ["pickline_items_unwanted 7"]);
+    }
 }

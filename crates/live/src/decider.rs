@@ -2,7 +2,7 @@
 
 use super::latency::{DecisionTimes, DurationHistogram};
 use super::protocol::Latency;
-use pickline::decision::{Action, BeltItem, Candidate, Snapshot, Strategy};
+use pickline::decision::{Action, BeltItem, Candidate, Odds, Snapshot, Strategy};
 use pickline::error::{counted, shown};
 use pickline::station::Station;
 
@@ -20,6 +20,8 @@ pub(crate) struct Decider {
     has_complained: bool,
     /// The candidates of a decision; a buffer that is filled again each time.
     pub candidates: Vec<Candidate>,
+    /// What can go wrong with each of them.
+    pub candidate_odds: Vec<Odds>,
     /// The free items in view, for strategies that use them.
     pub view: Vec<BeltItem>,
     /// When each robot can set out next [s].
@@ -39,6 +41,7 @@ impl Decider {
             complaint: None,
             has_complained: false,
             candidates: Vec::new(),
+            candidate_odds: Vec::new(),
             view: Vec::new(),
             free_at: Vec::new(),
             places: Vec::new(),
@@ -69,6 +72,7 @@ impl Decider {
             candidates: &self.candidates,
             free_at: &self.free_at,
             places: &self.places,
+            candidate_odds: &self.candidate_odds,
             in_view: &self.view,
         };
         let began = self.stopwatch.as_mut().map(|read| read());

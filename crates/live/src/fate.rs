@@ -14,6 +14,8 @@ pub(crate) enum Fate {
     Claimed,
     /// It may still be picked.
     OnBelt,
+    /// It is left on the belt on purpose: its class is not wanted, or no robot has a bin for it.
+    Unwanted,
     /// No robot ever had a departure window for it.
     Unreachable,
     /// It was attempted, and no attempt succeeded.
@@ -29,12 +31,15 @@ pub(crate) enum Fate {
 }
 
 impl Fate {
-    /// The fate of an item; `is_past` is whether it has left the belt.
-    pub(crate) fn of(tracked: &Tracked, is_past: bool) -> Self {
+    /// The fate of an item; `is_past` is whether it has left the belt, and `is_taken` whether it is
+    /// wanted and some robot has a bin for it.
+    pub(crate) fn of(tracked: &Tracked, is_past: bool, is_taken: bool) -> Self {
         match tracked.state {
             ItemState::Picked(_) => Self::Picked,
             ItemState::Claimed(_) => Self::Claimed,
             ItemState::NoResult => Self::NoResult,
+            // A class that is known only after an attempt does not undo the attempt.
+            ItemState::Free if !is_taken && tracked.attempts == 0 => Self::Unwanted,
             ItemState::Free if !is_past => Self::OnBelt,
             ItemState::GivenUp | ItemState::Free if tracked.failed_grasps > 0 => Self::GraspFailed,
             ItemState::GivenUp => Self::NotFound,
@@ -54,7 +59,7 @@ impl Fate {
             Self::NoResult => Some("no_result"),
             Self::PassedOver => Some("passed_over"),
             Self::Busy => Some("busy"),
-            Self::Picked | Self::Claimed | Self::OnBelt => None,
+            Self::Picked | Self::Claimed | Self::OnBelt | Self::Unwanted => None,
         }
     }
 
@@ -67,7 +72,7 @@ impl Fate {
             Self::NoResult => Some(&mut missed.no_result),
             Self::PassedOver => Some(&mut missed.passed_over),
             Self::Busy => Some(&mut missed.busy),
-            Self::Picked | Self::Claimed | Self::OnBelt => None,
+            Self::Picked | Self::Claimed | Self::OnBelt | Self::Unwanted => None,
         }
     }
 }

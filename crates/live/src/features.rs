@@ -1,6 +1,7 @@
 //! What the camera reports about an item besides its position.
 
 use super::protocol::Detection;
+use pickline::decision::Odds;
 use pickline::pattern::Item;
 use pickline::station::Station;
 use serde::{Deserialize, Serialize};
@@ -94,6 +95,14 @@ impl Features {
     /// The weight on `station`, where its class may be worth more.
     pub(crate) fn weight_on(&self, station: &Station) -> f64 {
         self.item().weight_on(station)
+    }
+
+    /// What can go wrong with the item, as far as the camera says it.
+    pub(crate) fn odds(&self) -> Odds {
+        Odds {
+            grasp: self.p_grasp.unwrap_or(1.0),
+            detection: self.p_detection.unwrap_or(1.0),
+        }
     }
 
     fn item(&self) -> Item {

@@ -10,6 +10,11 @@ use std::collections::BTreeMap;
 /// Counts by kind of event.
 type Counts = BTreeMap<Cow<'static, str>, u64>;
 
+/// Whether nothing was counted. Lines on which every item is wanted keep their files.
+fn is_none(count: &u64) -> bool {
+    *count == 0
+}
+
 /// The counts so far.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(crate) struct Tally {
@@ -17,6 +22,8 @@ pub(crate) struct Tally {
     seen: u64,
     /// Fates of the forgotten items.
     picked: u64,
+    #[serde(default, skip_serializing_if = "is_none")]
+    unwanted: u64,
     missed: MissedCounts,
     rejected: Counts,
     noted: Counts,
@@ -49,6 +56,7 @@ impl Tally {
     pub(crate) fn forget(&mut self, fate: Fate) {
         match fate {
             Fate::Picked => self.picked += 1,
+            Fate::Unwanted => self.unwanted += 1,
             fate => {
                 if let Some(count) = fate.count(&mut self.missed) {
                     *count += 1;
@@ -57,9 +65,14 @@ impl Tally {
         }
     }
 
-    /// Corrects the counts: a forgotten item that was missed as `fate` was picked after all.
+    /// Corrects the counts: a forgotten item that was missed or left as `fate` was picked after
+    /// all.
     pub(crate) fn correct(&mut self, fate: Fate) {
-        if let Some(count) = fate.count(&mut self.missed) {
+        let count = match fate {
+            Fate::Unwanted => Some(&mut self.unwanted),
+            fate => fate.count(&mut self.missed),
+        };
+        if let Some(count) = count {
             *count = count.saturating_sub(1);
             self.picked += 1;
         }
@@ -73,6 +86,11 @@ impl Tally {
     /// The forgotten items: picked, and missed by reason.
     pub(crate) fn forgotten(&self) -> (u64, MissedCounts) {
         (self.picked, self.missed)
+    }
+
+    /// The forgotten items that were left on purpose.
+    pub(crate) fn unwanted(&self) -> u64 {
+        self.unwanted
     }
 
     /// Messages that were refused, by reason.

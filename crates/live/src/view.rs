@@ -28,6 +28,10 @@ pub struct LineView {
     pub left_out: usize,
     /// The tasks without a result yet, oldest first.
     pub claims: Vec<ClaimView>,
+    /// Where each arm is when it is free [m]: at the bin that it went to last, or at rest. Omitted if
+    /// every robot has only one place.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub places: Vec<[f64; 2]>,
     /// Recent rates and utilisation.
     pub trend: TrendView,
 }
@@ -47,7 +51,7 @@ pub struct ItemView {
     /// Class of the item.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub class: Option<String>,
-    /// `waiting`, `claimed` or `missed`.
+    /// `waiting`, `claimed`, `missed`, or `left` if it is left on the belt on purpose.
     pub fate: &'static str,
     /// Why it was missed, as in the figures.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -6,28 +6,20 @@
 //! the belt, has not closed. All changes of an item or the belt go through this module, which keeps
 //! the two consistent.
 
+mod sightings;
+
 use super::belt::{BeltChange, BeltMotion};
 use super::fate::Fate;
-use super::items::{IdNews, ItemState, Items, Redetection, Tracked};
+use super::items::{ItemState, Items, Tracked};
 use super::protocol::BeltState;
 use super::robots::Fleet;
-use super::sight::PlacedDetection;
 use super::windows::Windows;
-use pickline::decision::{BeltItem, Candidate};
+use pickline::decision::{BeltItem, Candidate, Odds};
 use pickline::station::Station;
 use std::ops::Range;
 
 /// How far past the belt's end an item is kept [m], for late messages about it.
 const PAST_THE_END: f64 = 0.5;
-
-/// Positions that differ by less than this [m] are the same.
-const SAME: f64 = 1e-4;
-/// A picture that shows two items beside each other outweighs this many that show only one of them.
-const CONFIRMED: i32 = 3;
-/// Surplus of pictures with only one item after which the two are merged.
-const MOST_OVERLOOKED: i32 = 3;
-/// Lower limit of the surplus, so that an item that was often seen can still be merged eventually.
-const LEAST_OVERLOOKED: i32 = -30;
 
 /// The belt, its items, and the windows that follow from both. Times are in controller time [s].
 #[derive(Debug)]
@@ -221,11 +213,20 @@ impl World {
         self.windows[robot].next_opening_after(time)
     }
 
-    /// Fills in the candidates of `robot` at `time` [s], downstream first, and notes that they were
-    /// offered.
-    pub(crate) fn offer(&mut self, robot: usize, time: f64, into: &mut Vec<Candidate>) {
+    /// Fills in the candidates of `robot` at `time` [s], downstream first, and what can go wrong with
+    /// each of them, and notes that they were offered.
+    pub(crate) fn offer(
+        &mut self,
+        robot: usize,
+        time: f64,
+        into: &mut Vec<Candidate>,
+        odds: &mut Vec<Odds>,
+    ) {
         self.windows[robot].candidates(time, into);
+        odds.clear();
         for candidate in into {
+            let tracked = self.items.get(candidate.item);
+            odds.push(tracked.map_or(Odds::SURE, |tracked| tracked.features.odds()));
             // A mutable access would count as a change.
             let is_new = self.items.get(candidate.item).is_some_and(|t| !t.offered);
             if is_new && let Some(tracked) = self.items.get_mut(candidate.item) {
@@ -258,147 +259,10 @@ impl World {
                     y: tracked.y,
                     weight: tracked.weight,
                     class,
+                    odds: tracked.features.odds(),
                 });
             }
         }
-    }
-
-    /// Adds an item that is seen for the first time.
-    pub(crate) fn add(
-        &mut self,
-        sight: &PlacedDetection,
-        barred: bool,
-        now: f64,
-        fleet: &mut Fleet,
-    ) -> u32 {
-        let item = self.items.add(sight);
-        self.weigh(item);
-        if barred && let Some(tracked) = self.items.get_mut(item) {
-            tracked.barred = true;
-        }
-        self.open_windows(item, now, fleet);
-        item
-    }
-
-    /// Handles a detection of a known item. A detection older than what is known does not move it.
-    pub(crate) fn see_again(
-        &mut self,
-        item: u32,
-        sight: &PlacedDetection,
-        now: f64,
-        fleet: &mut Fleet,
-    ) -> Option<Redetection> {
-        let tracked = self.items.get(item)?;
-        let is_late = sight.time < tracked.measured;
-        let is_newer = tracked
-            .seen_at(sight.source())
-            .is_none_or(|at| sight.time >= at);
-        let moved = sight.way(tracked.place, tracked.y);
-        let moved = if is_late || moved <= SAME { 0.0 } else { moved };
-        if !is_late {
-            self.items.measure(item, sight.time, sight.covariance);
-        }
-        if moved > 0.0 {
-            self.items.place(item, sight.place, sight.y);
-        }
-        let (news, weighs) = self.hear_more(item, sight, is_newer);
-        if weighs || moved > 0.0 {
-            self.open_windows(item, now, fleet);
-        }
-        Some(Redetection {
-            is_late,
-            moved,
-            news,
-        })
-    }
-
-    /// A picture shows an item twice: features of the second detection count if the first lacks
-    /// them.
-    pub(crate) fn see_double(
-        &mut self,
-        item: u32,
-        sight: &PlacedDetection,
-        now: f64,
-        fleet: &mut Fleet,
-    ) {
-        let (_, weighs) = self.hear_more(item, sight, false);
-        if weighs {
-            self.open_windows(item, now, fleet);
-        }
-    }
-
-    /// Adopts the features of an item from a detection. Returns what is new about its id, and
-    /// whether its weight has changed.
-    fn hear_more(&mut self, item: u32, sight: &PlacedDetection, is_newer: bool) -> (IdNews, bool) {
-        let news = self.items.sight(item, sight, is_newer);
-        let Some(tracked) = self.items.get_mut(item) else {
-            return (news, false);
-        };
-        let class = tracked.features.class.clone();
-        tracked.features.take(sight.features.clone(), is_newer);
-        let another_class = class != tracked.features.class;
-        let weighs = self.weigh(item);
-        // The class may decide which robots can take it, and into which bin.
-        (news, weighs || (another_class && !self.nominal.is_plain()))
-    }
-
-    /// Computes the weight of an item from its features and its class; returns whether it has
-    /// changed.
-    fn weigh(&mut self, item: u32) -> bool {
-        let Some(tracked) = self.items.get_mut(item) else {
-            return false;
-        };
-        let weight = tracked.features.weight_on(&self.nominal);
-        std::mem::replace(&mut tracked.weight, weight) != weight
-    }
-
-    /// Notes that a picture has shown an item beside others.
-    pub(crate) fn confirm(&mut self, item: u32) {
-        let before = self
-            .items
-            .get(item)
-            .map_or(LEAST_OVERLOOKED, |t| t.overlooked);
-        if before > LEAST_OVERLOOKED
-            && let Some(tracked) = self.items.get_mut(item)
-        {
-            tracked.overlooked = (before - CONFIRMED).max(LEAST_OVERLOOKED);
-        }
-    }
-
-    /// Notes that a picture of `source` has shown `other` and not `item`, although they are so near
-    /// that they may be one. After enough such pictures the two are merged, which is returned. The
-    /// younger one is forgotten, but an item to which a robot was ever sent stays.
-    pub(crate) fn overlook(
-        &mut self,
-        item: u32,
-        other: u32,
-        source: Option<&str>,
-        now: f64,
-        fleet: &mut Fleet,
-    ) -> bool {
-        let (Some(tracked), Some(shown)) = (self.items.get(item), self.items.get(other)) else {
-            return false;
-        };
-        let is_untouched = |t: &Tracked| t.state == ItemState::Free && t.tasks.is_empty();
-        if tracked.seen_at(source).is_none() || !is_untouched(tracked) {
-            return false;
-        }
-        if tracked.overlooked < MOST_OVERLOOKED {
-            if let Some(tracked) = self.items.get_mut(item) {
-                tracked.overlooked += 1;
-            }
-            return false;
-        }
-        let is_younger = other > item && is_untouched(shown);
-        let (gone, stays) = if is_younger {
-            (other, item)
-        } else {
-            (item, other)
-        };
-        self.close_windows(gone);
-        self.items.fuse(gone, stays);
-        self.open_windows(stays, now, fleet);
-        true
     }
 
     /// Items that were let pass may be taken again. Their windows are added by
@@ -495,7 +359,9 @@ impl World {
 
     /// The fate of an item at `x` [m].
     pub(crate) fn fate(&self, tracked: &Tracked, x: f64) -> Fate {
-        Fate::of(tracked, x > self.nominal.belt().length)
+        let station = &self.nominal;
+        let class = station.class_id(tracked.features.class.as_deref());
+        Fate::of(tracked, x > station.belt().length, station.takes(class))
     }
 
     /// Forgets the items that have left the belt at `now` [s], so that memory does not grow.
@@ -513,7 +379,7 @@ impl World {
             for windows in &mut self.windows {
                 windows.remove(item);
             }
-            let fate = Fate::of(&tracked, true);
+            let fate = self.fate(&tracked, f64::INFINITY);
             Some((item, tracked, fate))
         });
         gone.collect()

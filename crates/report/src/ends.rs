@@ -29,5 +29,7 @@ ends! {
     mean: "mean_low", "mean_high";
     picked_share: "picked_share_low", "picked_share_high";
     picking_rate: "picking_rate_low", "picking_rate_high";
+    purity: "purity_low", "purity_high";
+    recovery: "recovery_low", "recovery_high";
     throughput: "throughput_low", "throughput_high";
 }

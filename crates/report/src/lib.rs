@@ -2,6 +2,7 @@
 
 mod bound;
 mod charts;
+mod classes;
 mod clearance;
 mod columns;
 mod comparison;
@@ -19,6 +20,7 @@ mod palette;
 mod presentation;
 mod protection;
 mod provenance;
+mod purity;
 mod replay;
 mod run;
 mod station_picture;
@@ -32,6 +34,7 @@ mod verification;
 
 pub use bound::{BoundReport, CertifiedReport};
 pub use charts::ChartKind;
+pub use classes::ClassReport;
 pub use clearance::{ClearanceReport, arms_apart};
 pub use comparison::ComparisonReport;
 pub use description::DescriptionReport;

@@ -1,16 +1,21 @@
 //! One simulated run.
 
 use super::bound::CertifiedReport;
+use super::classes::class_title;
 use super::clearance::ClearanceReport;
 use super::columns::TableColumns;
 use super::csv_rows::{CsvRows, Displayed};
 use super::presentation::Presentation;
 use super::provenance::Provenance;
+use super::purity::RunPurityReport;
 use super::table::fixed;
 use super::throughput::ThroughputReport;
 use super::verb_report::{ResultFile, VerbReport};
 use pickline::decision::{MissReason, Outcome, Pick, RobotFigures};
-use pickline::sim::Scene;
+use pickline::experiment::ClassBound;
+use pickline::planning::bound::certified_percent;
+use pickline::purity::bin_contents;
+use pickline::sim::{ClassRun, Scene, class_runs};
 use pickline::station::Robot;
 use pickline::throughput::{Throughput, steady_state};
 use serde::Serialize;
@@ -52,6 +57,9 @@ pub struct RunReport {
     /// The items of each class; omitted on a station where neither bins nor values depend on it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub classes: Vec<ClassRunReport>,
+    /// Purity and recovery of the bins; omitted unless detections may be wrong.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sorting: Option<RunPurityReport>,
     /// Number of items missed for each reason.
     pub missed_by_reason: BTreeMap<&'static str, usize>,
     /// Whether the independent checker confirmed the run; omitted if not requested.
@@ -65,7 +73,8 @@ pub struct RunReport {
     pub clearance: Option<ClearanceReport>,
     /// Where the result comes from.
     pub made: Provenance,
-    /// Whether items have attributes, so that weight differs from the count.
+    /// Whether items have attributes or classes of different value, so that weight differs from the
+    /// count.
     #[serde(rename = "items_have_attributes")]
     pub weighs: bool,
 }
@@ -114,8 +123,15 @@ pub struct ClassRunReport {
     pub items: usize,
     /// How many of them were picked.
     pub picked: usize,
-    /// The share of them that was picked.
-    pub recovery: f64,
+    /// The share of them that was picked; `None` if they are not to be picked.
+    pub recovery: Option<f64>,
+    /// Upper bound on the picks of every strategy, whatever else it picks; omitted if not
+    /// requested.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub picks_upper_bound: Option<usize>,
+    /// The picks as a proven share of the optimum for this class alone [%], rounded down.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub certified_percent: Option<f64>,
 }
 
 /// One pick, with its times [s].
@@ -208,25 +224,22 @@ fn bins_of(index: usize, robot: &Robot, outcome: &Outcome) -> Vec<BinRunReport> 
 
 /// The items of each class, by name, on a station that treats classes differently.
 fn classes_of(scene: &Scene, outcome: &Outcome) -> Vec<ClassRunReport> {
-    let (station, items) = (scene.station(), scene.pattern().items());
-    if station.class_names().is_empty() {
-        return Vec::new();
-    }
-    let mut counts: BTreeMap<Option<&str>, (usize, usize)> = BTreeMap::new();
-    for item in items {
-        counts.entry(item.class.as_deref()).or_default().0 += 1;
-    }
-    for pick in &outcome.picks {
-        let class = items[pick.item as usize].class.as_deref();
-        counts.entry(class).or_default().1 += 1;
-    }
-    let report = |(name, (items, picked)): (Option<&str>, (usize, usize))| ClassRunReport {
-        name: name.map(str::to_owned),
-        items,
-        picked,
-        recovery: picked as f64 / items as f64,
+    let report = |run: ClassRun| ClassRunReport {
+        recovery: run.recovery(),
+        name: run.class,
+        items: run.items,
+        picked: run.picked,
+        picks_upper_bound: None,
+        certified_percent: None,
     };
-    counts.into_iter().map(report).collect()
+    class_runs(scene, outcome).into_iter().map(report).collect()
+}
+
+/// What truly went into the bins, if detections may be wrong.
+fn purity_of(scene: &Scene, outcome: &Outcome) -> Option<RunPurityReport> {
+    let chance = &scene.conditions().disturbances;
+    let wrong = chance.misdetections;
+    wrong.then(|| RunPurityReport::new(&bin_contents(scene, &outcome.picks)))
 }
 
 impl RunReport {
@@ -290,12 +303,24 @@ impl RunReport {
                 })
                 .collect(),
             classes: classes_of(scene, outcome),
+            sorting: purity_of(scene, outcome),
             missed_by_reason: missed_by_reason(outcome),
             checked: None,
             bound: None,
             clearance: None,
             made,
-            weighs: pattern.has_attributes(),
+            weighs: pattern.weighs_on(station),
+        }
+    }
+
+    /// Compares the picks of each class with its bound.
+    pub fn certify_classes(&mut self, bounds: &[ClassBound]) {
+        for class in &mut self.classes {
+            let bound = bounds.iter().find(|bound| bound.class == class.name);
+            let most = bound.map(|bound| bound.picks);
+            class.picks_upper_bound = most;
+            class.certified_percent =
+                most.map(|most| certified_percent(class.picked as f64, most as f64));
         }
     }
 
@@ -325,7 +350,7 @@ impl RunReport {
         format!(
             "{}{}{}strategy  {}\npicked    {} of {} ({} %) in {} s\n\
              rate      {} picks/min over the whole run{weighted}\n\
-             {}{}{}{checked}{}{}{}",
+             {}{}{}{}{checked}{}{}{}",
             self.throughput.line(),
             robots,
             self.classes_table(),
@@ -337,6 +362,9 @@ impl RunReport {
             fixed(self.picking_rate_per_min, 2),
             self.missed_line(),
             self.unwanted_line(),
+            self.sorting
+                .as_ref()
+                .map_or(String::new(), RunPurityReport::text),
             self.failed_line(),
             self.clearance
                 .as_ref()
@@ -382,13 +410,27 @@ impl RunReport {
         if self.classes.is_empty() {
             return String::new();
         }
+        let mut certified = self.classes.iter();
+        let bounded = certified.any(|class| class.picks_upper_bound.is_some());
         let classes = TableColumns::new()
             .with("<class", |class: &&ClassRunReport| {
-                class.name.clone().unwrap_or_else(|| "-".to_owned())
+                class_title(class.name.as_deref())
             })
             .with("items", |class| class.items.to_string())
             .with("picked", |class| class.picked.to_string())
-            .with("recovery [%]", |class| fixed(100.0 * class.recovery, 1))
+            .with("recovery [%]", |class| {
+                class
+                    .recovery
+                    .map_or("-".to_owned(), |share| fixed(100.0 * share, 1))
+            })
+            .with_if(bounded, "bound: picked", |class| {
+                let most = class.picks_upper_bound;
+                most.map_or("-".to_owned(), |most| most.to_string())
+            })
+            .with_if(bounded, "certified [%]", |class| {
+                let certified = class.certified_percent;
+                certified.map_or("-".to_owned(), |percent| fixed(percent, 1))
+            })
             .table(&self.classes);
         let bins = self.robots.iter().flat_map(|robot| {
             let bins = robot.bins.iter();

@@ -77,19 +77,19 @@ fn count(items: f32) -> f32 {
     (1.0 + items).ln() / 4.0
 }
 
-/// Fills `globals`, and `slots` with the features of the chosen candidates.
+/// Fills `globals`, and `slots`, one every `stride` values, with the features of the chosen candidates.
 pub(super) fn encode(
     snapshot: &Snapshot,
     chosen: &[usize],
     globals: &mut [f32],
-    slots: &mut [f32],
+    (slots, stride): (&mut [f32], usize),
 ) {
     let moment = snapshot.moment();
     let scale = Scale {
         time: moment.robot.crossing_time(),
     };
     encode_globals(snapshot, &moment, &scale, globals);
-    for (place, slot) in chosen.iter().zip(slots.chunks_exact_mut(FEATURES)) {
+    for (place, slot) in chosen.iter().zip(slots.chunks_exact_mut(stride)) {
         encode_slot(
             snapshot,
             &moment,
@@ -99,11 +99,11 @@ pub(super) fn encode(
         );
     }
     let least = |feature: usize| {
-        let values = slots.chunks_exact(FEATURES).map(|slot| slot[feature]);
+        let values = slots.chunks_exact(stride).map(|slot| slot[feature]);
         values.fold(f32::INFINITY, f32::min)
     };
     let (shortest, first) = (least(3), least(5));
-    for slot in slots.chunks_exact_mut(FEATURES) {
+    for slot in slots.chunks_exact_mut(stride) {
         slot[15] = slot[3] - shortest;
         slot[16] = slot[5] - first;
     }
@@ -259,7 +259,7 @@ fn encode_slot(
 }
 
 /// The sign that orients y towards the belt.
-fn side(robot: &Robot) -> f64 {
+pub(super) fn side(robot: &Robot) -> f64 {
     if robot.base.y <= 0.0 { 1.0 } else { -1.0 }
 }
 

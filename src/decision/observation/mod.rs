@@ -10,6 +10,7 @@
 
 mod full;
 mod paper;
+mod real;
 mod slots;
 
 use slots::SlotChoice;
@@ -36,8 +37,11 @@ pub enum View {
     /// The paper's features (Jermann et al.): x, y, processing time and reward of every slot, and
     /// busy and time until free of every robot.
     Paper,
-    /// All useful features; see the table in `full.rs`.
+    /// All useful features of the paper's line; see the table in `full.rs`.
     Full,
+    /// The same, and what only real lines have: several bins, arms that accelerate, and the
+    /// probabilities of failing; see the table in `real.rs`.
+    Real,
 }
 
 impl View {
@@ -99,6 +103,7 @@ impl Layout {
         match self.view {
             View::Paper => paper::GLOBALS,
             View::Full => full::GLOBALS,
+            View::Real => real::GLOBALS,
         }
     }
 
@@ -107,6 +112,7 @@ impl Layout {
         match self.view {
             View::Paper => paper::FEATURES,
             View::Full => full::FEATURES,
+            View::Real => real::FEATURES,
         }
     }
 
@@ -157,7 +163,11 @@ impl Encoder {
         slots[used..].fill(0.0);
         match self.layout.view {
             View::Paper => paper::encode(snapshot, chosen, globals, &mut slots[..used]),
-            View::Full => full::encode(snapshot, chosen, globals, &mut slots[..used]),
+            View::Full => {
+                let slots = (&mut slots[..used], full::FEATURES);
+                full::encode(snapshot, chosen, globals, slots);
+            }
+            View::Real => real::encode(snapshot, chosen, globals, &mut slots[..used]),
         }
         for (slot, allowed) in mask.iter_mut().enumerate() {
             *allowed = slot < chosen.len() || slot == self.layout.slots;

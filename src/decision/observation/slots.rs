@@ -93,6 +93,7 @@ mod tests {
             candidates: &candidates,
             free_at: &[0.0, 0.0],
             places: &[0, 0],
+            candidate_odds: &[],
             in_view: &[],
         };
         let mut choice = SlotChoice::new(4);

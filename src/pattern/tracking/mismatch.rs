@@ -1,11 +1,12 @@
 //! Compares the tracks with the options: warnings, and errors where the pattern would be wrong.
 
 use super::formats::Format;
+use super::listing::named;
 use super::median::centre;
 use super::motion::Motion;
 use super::options::{Boxes, ImportOptions};
 use super::place::{BACKWARDS, FEWER, Found, ODD_SHARE, STILL};
-use super::report::{ImportReport, count, named};
+use super::report::{ImportReport, count};
 use crate::error::{Error, Result, rounded};
 use crate::pattern::Item;
 

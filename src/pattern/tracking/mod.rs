@@ -41,9 +41,12 @@
 //!
 //! [`Pattern`]: crate::pattern::Pattern
 
+mod class_names;
+mod class_naming;
 mod formats;
 mod import;
 mod link;
+mod listing;
 mod median;
 mod mismatch;
 mod motion;
@@ -55,6 +58,7 @@ mod read;
 mod report;
 mod track;
 
+pub use class_names::ClassNames;
 pub(crate) use formats::recognised;
 pub use formats::{Format, Recording};
 pub use import::{Import, import};

@@ -1,5 +1,6 @@
 //! What the import needs to know about the camera and the belt.
 
+use super::class_names::ClassNames;
 use super::formats::Format;
 use crate::error::{Error, Result, shown};
 use crate::setters::setters;
@@ -94,6 +95,8 @@ pub struct ImportOptions {
     pub split_distance_m: f64,
     /// Consecutive tracks whose x0 and y agree this closely are one object [m].
     pub merge_distance_m: f64,
+    /// Names of the class ids; `None` to keep the classes as they are in the file.
+    pub class_names: Option<ClassNames>,
 }
 
 setters!(ImportOptions {
@@ -117,6 +120,8 @@ setters!(ImportOptions {
     fn with_split_distance_m(split_distance_m: f64);
     /// With tracks joined that agree this closely [m].
     fn with_merge_distance_m(merge_distance_m: f64);
+    /// With these names of the class ids, or the classes of the file.
+    fn with_class_names(class_names: impl Into<Option<ClassNames>>);
 });
 
 impl ImportOptions {
@@ -139,6 +144,7 @@ impl ImportOptions {
             min_frames: 2,
             split_distance_m: 0.1,
             merge_distance_m: 0.02,
+            class_names: None,
         }
     }
 

@@ -1,5 +1,6 @@
 //! Turns lines into tracks, and separates broken lines and boxes without a track.
 
+use super::class_naming::name_classes;
 use super::formats::{self, FileLine, FileLines, Format, Recording};
 use super::options::{Boxes, ImportOptions};
 use super::track::{BoxSighting, Track};
@@ -52,7 +53,10 @@ pub(super) fn read(
     name: &str,
     options: &ImportOptions,
 ) -> Result<TrackFile> {
-    let source = formats::read(recording, name, options)?;
+    let mut source = formats::read(recording, name, options)?;
+    if let Some(names) = &options.class_names {
+        name_classes(names, &mut source, name)?;
+    }
     let cure = source.cure;
     let mut sorted = SortedLines::of(source, options);
     if sorted.file.lines == 0 {

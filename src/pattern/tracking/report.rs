@@ -1,13 +1,11 @@
 //! What the import did to a file, in text and machine-readable form.
 
 use super::formats::Format;
+use super::listing::named;
 use super::motion::Motion;
 use super::options::ImportOptions;
 use super::read::{DroppedLine, TrackFile};
 use super::track::Track;
-
-/// Maximum number of track names in one line of text.
-const NAMED: usize = 10;
 
 /// An object that did not become an item.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -108,17 +106,6 @@ pub struct ImportReport {
 /// A count with its noun: "1 line", "2 lines".
 pub(super) fn count(number: usize, what: &str) -> String {
     format!("{number} {what}{}", if number == 1 { "" } else { "s" })
-}
-
-/// The first few names, and how many more there are.
-pub(super) fn named<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
-    let mut names = names.into_iter();
-    let mut text = names.by_ref().take(NAMED).collect::<Vec<_>>().join(", ");
-    match names.count() {
-        0 => {}
-        more => text.push_str(&format!(" and {more} more")),
-    }
-    text
 }
 
 impl ImportReport {

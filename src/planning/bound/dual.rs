@@ -115,6 +115,18 @@ impl Dual {
         }
     }
 
+    /// The same dual if only the items that `counted` marks are worth anything. The others still
+    /// take a robot its time and change its place, so this bounds what any schedule earns with
+    /// the marked items.
+    pub(super) fn counting(mut self, counted: &[bool]) -> Self {
+        for (weight, counts) in self.weights.iter_mut().zip(counted) {
+            if !counts {
+                *weight = 0;
+            }
+        }
+        self
+    }
+
     /// Evaluates L(`prices`) for schedules whose last release is in slot `horizon` or before,
     /// into `into`. Items that nobody can have released by then cost nothing.
     pub(super) fn evaluate(&self, prices: &[i64], horizon: u64, into: &mut DualEvaluation) {

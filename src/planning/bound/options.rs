@@ -34,6 +34,10 @@ pub struct BoundOptions {
     pub known: f64,
     /// Maximum number of picks in slots; slots are made long enough for that.
     pub arcs: usize,
+    /// For each item of the pattern, whether picking it counts, such as the items of one class;
+    /// all count if `None`. The others may be picked, but are worth nothing. There is no schedule
+    /// then.
+    pub counted: Option<Vec<bool>>,
 }
 
 impl Default for BoundOptions {
@@ -46,6 +50,7 @@ impl Default for BoundOptions {
             schedule: true,
             known: 0.0,
             arcs: 2_000_000,
+            counted: None,
         }
     }
 }
@@ -65,6 +70,8 @@ setters!(BoundOptions {
     fn with_known(known: f64);
     /// With this maximum number of picks in slots.
     fn with_arcs(arcs: usize);
+    /// With only these items worth anything, one entry for each, or all of them.
+    fn with_counted(counted: impl Into<Option<Vec<bool>>>);
 });
 
 impl BoundOptions {

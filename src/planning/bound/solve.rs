@@ -121,16 +121,19 @@ pub fn upper_bound(
     go_on: &mut dyn FnMut(usize, usize) -> bool,
 ) -> Result<Bound> {
     let undisturbed;
-    let scene = if scene.conditions().disturbances.any() {
+    let scene = if scene.conditions().disturbances.may_fail() {
         undisturbed = without_disturbances(scene)?;
         &undisturbed
     } else {
         scene
     };
     let Some(Chosen { slots, coarse }) = choose_slots(scene, options)? else {
-        return Ok(trivial(scene, options.objective));
+        return Ok(trivial(scene, options));
     };
-    let dual = Dual::new(scene, options.objective, slots);
+    let mut dual = Dual::new(scene, options.objective, slots);
+    if let Some(counted) = &options.counted {
+        dual = dual.counting(counted);
+    }
     let belt = Leaving::new(scene, &dual);
     let mut search = IntervalSearch {
         profile: BoundProfile::new(&dual),
@@ -155,7 +158,8 @@ pub fn upper_bound(
     if options.ends {
         ends = search.ends(options.iterations, go_on);
     }
-    if options.schedule && !search.stopped {
+    // The figures of a schedule count all of its picks.
+    if options.schedule && options.counted.is_none() && !search.stopped {
         search.make_schedules(scene, options.objective)?;
     }
     Ok(Bound {
@@ -177,11 +181,18 @@ fn without_disturbances<'a>(scene: &Scene<'a>) -> Result<Scene<'a>> {
 }
 
 /// Bounds that are known without slots.
-fn trivial(scene: &Scene, objective: BoundObjective) -> Bound {
+fn trivial(scene: &Scene, options: &BoundOptions) -> Bound {
+    let objective = options.objective;
+    let counts = |item: usize| {
+        let counted = options.counted.as_ref();
+        counted.is_none_or(|counted| counted.get(item).is_none_or(|counts| *counts))
+    };
     let mut reachable = vec![None; scene.pattern().len()];
     for robot in 0..scene.station().robots().len() {
         for candidate in scene.queue(robot) {
-            reachable[candidate.item as usize] = Some(match objective {
+            let item = candidate.item as usize;
+            reachable[item] = Some(match objective {
+                _ if !counts(item) => 0.0,
                 BoundObjective::Picks => 1.0,
                 BoundObjective::Weight => candidate.weight,
             });

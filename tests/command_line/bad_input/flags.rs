@@ -57,11 +57,15 @@ fn flags_of_each_verb() {
     file("file", "x");
     file("p.csv", PATTERN);
     file("wide.csv", "id,x,y\na,0,0\nb,-1,3\n");
+    file(
+        "doubtful.csv",
+        "id,x,y,p_detection\na,0,0,0.5\nb,-1,0,0.7\n",
+    );
     std::fs::create_dir(path.join("empty")).unwrap();
     std::fs::create_dir(path.join("mixed")).unwrap();
     file("mixed/a.csv", PATTERN);
     file("mixed/b.csv", "id,x,y\na,0,0\nb,-1,3\n");
-    assert!(try_all(path, "verb_flags.toml") >= 124);
+    assert!(try_all(path, "verb_flags.toml") >= 131);
 }
 
 #[derive(Deserialize)]
@@ -82,12 +86,12 @@ struct Import {
 fn flags_of_imports() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    let film = "1,1,0,0,10,10,0.9\n2,1,10,0,10,10,0.9\n";
+    let film = "1,1,0,0,10,10,0.9,1,1\n2,1,10,0,10,10,0.9,1,1\n";
     std::fs::write(path.join("t.txt"), film).unwrap();
     std::fs::write(path.join("file"), "x").unwrap();
     std::fs::create_dir(path.join("empty")).unwrap();
     let Imports { usual, cases } = cases("import_flags.toml");
-    assert!(cases.len() >= 49);
+    assert!(cases.len() >= 54);
     for case in cases {
         let mut arguments = vec!["pattern", "import", "mot", "t.txt"];
         for [flag, value] in &usual {

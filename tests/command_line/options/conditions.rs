@@ -5,6 +5,9 @@ use super::rig::{RATE, Rig, assert_near};
 use super::runs::{RUNNING, SIX, one, rate, report};
 use super::{Row, hold, row};
 
+/// Verbs that say what went into the bins.
+const BINS: [&str; 3] = ["simulate", "compare", "sweep"];
+
 pub const ROWS: &[Row] = &[
     // Known when it is at x = 0.7, at 7 s and 0.3 m from the robot, which is there in 0.5 s.
     row(&SIX, "--camera-x", |rig, verb| {
@@ -39,6 +42,52 @@ pub const ROWS: &[Row] = &[
             "{little} {more}"
         );
         assert_near(off("0"), 0.0);
+    }),
+    // At the threshold the item is picked, below it there is nothing to pick.
+    row(&RUNNING, "--min-detection", |rig, verb| {
+        rig.write("p.csv", "id,x,y,p_detection\nA,0,0,0.6\n");
+        let rate = |least: &str| {
+            let quick = quick(verb);
+            rate(rig, verb, &format!("{quick} --min-detection {least}"))
+        };
+        assert_near(rate("0.6"), RATE);
+        assert_near(rate("0.61"), 0.0);
+        if ["compare", "sweep"].contains(&verb) {
+            // On items that are all left, all rules are one, and the first of them is taken.
+            let grid = "--p-detection const:0.5";
+            assert_ne!(trained(rig, verb, grid), "robust GT [FIFO]");
+            let left = format!("{grid} --min-detection 0.6");
+            assert_eq!(trained(rig, verb, &left), "robust GT [FIFO]");
+        }
+    }),
+    row(&["bound"], "--min-detection", |rig, verb| {
+        rig.write("p.csv", "id,x,y,p_detection\nA,0,0,0.6\n");
+        let most = |least: &str| report(rig, verb, least)["picks_upper_bound"].clone();
+        assert_eq!(
+            [most("--min-detection 0.6"), most("--min-detection 0.61")],
+            [1, 0]
+        );
+    }),
+    row(&BINS, "--misdetections", |rig, verb| {
+        // One item is what it is taken for, the other is not.
+        rig.write(
+            "p.csv",
+            "id,x,y,class,true_class\nA,0,0,pet,pet\nB,0,0.1,pet,-\n",
+        );
+        let place = match verb {
+            "compare" => "/cases/0/results/0/sorting",
+            "sweep" => "/points/0/sorting",
+            _ => "/sorting",
+        };
+        let sorting = |flags: &str| report(rig, verb, flags).pointer(place).cloned();
+        assert_eq!(sorting(""), None);
+        let found = sorting("--misdetections").unwrap();
+        let figures = ["binned", "rightly_binned", "due"].map(|name| found[name].as_f64());
+        assert_eq!(figures, [Some(2.0), Some(1.0), Some(1.0)]);
+        assert_eq!(
+            (&found["purity"], &found["recovery"]),
+            (&0.5.into(), &1.0.into())
+        );
     }),
     // The bound holds for any luck; a schedule, that might fail, is none to hold against it.
     row(&["bound"], "--grasp-success", proven_for_any_luck),

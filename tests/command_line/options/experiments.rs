@@ -151,6 +151,22 @@ pub const ROWS: &[Row] = &[
             );
         }
     }),
+    row(&SWEEP, "--purity", |rig, _| {
+        let call = "sweep -q --format json --station one.toml --sweep min-detection --patterns \
+                    poisson:0.4:4 --items 6 --p-detection uniform:0,1 --robust FIFO --no-bound";
+        let report = rig.json(call);
+        assert!(report["thresholds"].is_null(), "{report}");
+        assert!(
+            report["points"][0]["sorting"]["purity"].is_number(),
+            "{report}"
+        );
+        let report = rig.json(&format!("{call} --purity 0.6 --svg chart.svg"));
+        assert_eq!(report["thresholds"]["purity"], 0.6);
+        let method = &report["thresholds"]["methods"][0];
+        assert!(number(method, "/trained/purity") >= 0.6, "{method}");
+        let svg = rig.read("chart.svg");
+        assert!(svg.contains("Purity and recovery") && svg.contains("wanted purity"));
+    }),
     row(&SWEEP, "--from", |rig, verb| {
         let values = values(rig, verb, "--from 0.4");
         assert_eq!((values[0], values.last()), (0.4, Some(&0.8)));

@@ -1,7 +1,7 @@
 //! The patterns that are drawn, for a search, a sweep or a file.
 
-use super::rig::{RATE, Rig, assert_near};
-use super::runs::{one, rate_in};
+use super::rig::{RATE, Rig, assert_near, number};
+use super::runs::{on, one, rate_in};
 use super::{Row, hold, row};
 use crate::common::{csv_column, csv_rows};
 use std::collections::BTreeSet;
@@ -10,6 +10,10 @@ use std::collections::BTreeSet;
 const SETS: [&str; 3] = ["optimize", "sweep", "game"];
 /// Verbs whose items have attributes.
 const ATTRIBUTES: [&str; 2] = ["optimize", "game"];
+/// Those that report only the weighted rate of what they draw.
+const EXPERIMENTS: [&str; 2] = ["compare", "sweep"];
+/// Verbs whose items have classes.
+const CLASSED: [&str; 4] = ["optimize", "game", "compare", "sweep"];
 const GENERATE: [&str; 1] = ["pattern generate"];
 
 pub const ROWS: &[Row] = &[
@@ -70,6 +74,37 @@ pub const ROWS: &[Row] = &[
     row(&ATTRIBUTES, "--p-grasp", |rig, verb| {
         weighted(rig, verb, "--p-grasp const:0.4", 0.4 * 0.5);
         by_weight(rig, verb, "--p-grasp uniform:0,1");
+    }),
+    // An area of 100 cm^2 has the weight 1 / (1 + 1/e).
+    row(&EXPERIMENTS, "--area", |rig, verb| {
+        worth(rig, verb, "--area const:100", 1.0 / (1.0 + (-1.0f64).exp()));
+    }),
+    row(&EXPERIMENTS, "--p-detection", |rig, verb| {
+        worth(rig, verb, "--p-detection const:0.4", 0.4 * 0.5);
+    }),
+    row(&EXPERIMENTS, "--p-grasp", |rig, verb| {
+        worth(rig, verb, "--p-grasp const:0.4", 0.4 * 0.5);
+    }),
+    row(&CLASSED, "--classes", |rig, verb| {
+        // The one item is not wanted.
+        let station = format!(
+            "{}\n[[class]]\nname = \"wood\"\nwanted = false\n",
+            rig.read("one.toml")
+        );
+        rig.write("classed.toml", &station);
+        rig.write("c.toml", "[[case]]\nname = \"g\"\ngrid = 1.5\nitems = 1\n");
+        let call = on(verb, "classed.toml").replace("p.csv", "grid:1.5 --items 1");
+        let more = if verb == "compare" {
+            "--replicates 2"
+        } else {
+            ""
+        };
+        let rate = |flags: &str| {
+            let report = rig.json(&format!("{call} -q --format json {more} {flags}"));
+            rate_in(verb, &report)
+        };
+        assert_near(rate("--classes pet:1"), RATE);
+        assert_near(rate("--classes wood:1"), 0.0);
     }),
     row(&GENERATE, "<kind>", |rig, _| {
         let y = |kind: &str| csv_column(&generated(rig, kind), "y");
@@ -241,6 +276,22 @@ fn weighted(rig: &Rig, verb: &str, flags: &str, weight: f64) {
     let set = "grid:1.5 --items 1 --objective weighted-rate";
     assert_near(rate(rig, verb, set), 0.5 * RATE);
     assert_near(rate(rig, verb, &format!("{set} {flags}")), weight * RATE);
+}
+
+/// One generated item of `weight` is worth so much a minute; without the flag half.
+fn worth(rig: &Rig, verb: &str, flags: &str, weight: f64) {
+    rig.write("c.toml", "[[case]]\nname = \"g\"\ngrid = 1.5\nitems = 1\n");
+    let call = one(verb).replace("p.csv", "grid:1.5 --items 1");
+    let (more, place) = match verb {
+        "compare" => ("--replicates 2", "/cases/0/results/0/weighted_rate_per_min"),
+        _ => ("", "/points/0/weighted_rate_per_min"),
+    };
+    let rate = |flags: &str| {
+        let report = rig.json(&format!("{call} -q --format json {more} {flags}"));
+        number(&report, place)
+    };
+    assert_near(rate(""), 0.5 * RATE);
+    assert_near(rate(flags), weight * RATE);
 }
 
 /// PP picks like FIFO as long as all items weigh the same, and otherwise where they do not.

@@ -154,6 +154,28 @@ pub const ROWS: &[Row] = &[
         );
         assert!(report.to_string().contains("stands still"), "{report}");
     }),
+    row(&IMPORT, "--class-names", |rig, _| {
+        let row = |line: &str| format!("{line},{},1\n", line.split(',').nth(1).unwrap());
+        let film = film(|[x, y]| [x, y]).lines().map(row).collect::<String>();
+        rig.write("film.txt", &film);
+        let classes = |flags: &str| csv_column(&again(rig, &format!("{TRUE} {flags}")), "class");
+        assert_eq!(classes(""), ["1", "2", "6"]);
+        let names = "1:pet,2:hdpe,3:wood,5:wood,6:pet,7:pet";
+        let named = ["pet", "hdpe", "pet"];
+        assert_eq!(classes(&format!("--class-names {names}")), named);
+        rig.write("names.txt", &names.replace(',', "\n"));
+        assert_eq!(classes("--class-names names.txt"), named);
+        let call = format!("pattern import tracks film.txt {TRUE}");
+        let without = format!("{call} --class-names 1:pet");
+        rig.refused(
+            &without,
+            &["film.txt:", "class id 3 has no name", "--class-names"],
+        );
+        // The names are not overwritten.
+        let over = format!("{call} --class-names names.txt --output names.txt --force");
+        rig.refused(&over, &["names.txt"]);
+        assert!(rig.read("names.txt").starts_with("1:pet"));
+    }),
     row(&IMPORT, "--strict", |rig, verb| {
         rig.write("film.txt", &film(|[x, y]| [x, y]));
         let doubtful = TRUE.replace("0.1", "0.106");

@@ -88,6 +88,7 @@ impl Line {
         self.0.close_picture();
         let status = self.0.status(false, 0);
         let sum = status.picked + status.missed.total() + status.on_belt + status.claimed;
+        let sum = sum + status.unwanted.unwrap_or(0);
         assert_eq!(status.seen, sum, "{status:?}");
         status
     }

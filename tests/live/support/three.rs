@@ -210,6 +210,7 @@ impl Three {
 /// Every item is in exactly one figure, and whatever a robot has picked is counted once.
 pub fn check_sums(status: &Status) {
     let sum = status.picked + status.missed.total() + status.on_belt + status.claimed;
+    let sum = sum + status.unwanted.unwrap_or(0);
     assert_eq!(status.seen, sum, "{status:?}");
     assert_eq!(status.claimed, status.open_tasks.len() as u64, "{status:?}");
     let twice = status.noted.get("picked_twice").copied().unwrap_or(0);
@@ -217,12 +218,12 @@ pub fn check_sums(status: &Status) {
     assert_eq!(by_robots, status.picked + twice, "{status:?}");
 }
 
-/// Every one of `items` was seen and is picked or missed, and no message was refused.
+/// Every one of `items` was seen and is picked, missed or left on purpose, and no message was refused.
 pub fn check_settled(status: &Status, items: u64) {
     assert_eq!(status.seen, items, "{status:?}");
     assert_eq!(
         status.seen,
-        status.picked + status.missed.total(),
+        status.picked + status.missed.total() + status.unwanted.unwrap_or(0),
         "{status:?}"
     );
     assert!(

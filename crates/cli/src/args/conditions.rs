@@ -37,4 +37,24 @@ pub(crate) struct ConditionArgs {
         allow_negative_numbers = true
     )]
     pub position_noise: f64,
+    /// Leave items with a p_detection below P on the belt; those without one count as certain
+    /// [default: 0, all are picked]
+    #[arg(
+        long,
+        value_name = "P",
+        default_value_t = 0.0,
+        hide_default_value = true,
+        allow_negative_numbers = true
+    )]
+    pub min_detection: f64,
+}
+
+/// Whether detections may be wrong, for the verbs that say what went into the bins.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Conditions")]
+pub(crate) struct DetectionArgs {
+    /// Detections may be wrong: each item is what it is reported as with its p_detection, or
+    /// what its true_class says; purity and recovery are reported, in total and for each bin
+    #[arg(long)]
+    pub misdetections: bool,
 }

@@ -1,7 +1,7 @@
 //! The arguments of `pickline compare` and `pickline sweep`.
 
-use super::conditions::ConditionArgs;
-use super::shared::{Common, FeedArgs, Pictures, StationChoice, strategy_help};
+use super::conditions::{ConditionArgs, DetectionArgs};
+use super::shared::{AttributeArgs, Common, FeedArgs, Pictures, StationChoice, strategy_help};
 use clap::Args;
 
 /// Texts before and after the list of strategy forms.
@@ -16,7 +16,7 @@ const AGAIN: &str = ". May be given several times";
 /// trained policy that ships with the program. Differences from robust GT are paired over
 /// patterns, with 95 % intervals. --out DIR writes throughput.csv (the steady state),
 /// picked_time.csv and picking_rate.csv (the paper's Tables 2 and 3), runs.csv (every run)
-/// and compare.json.
+/// and compare.json; with --misdetections also purity.csv.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
@@ -48,9 +48,13 @@ pub(crate) struct CompareArgs {
     pub common: Common,
     #[command(flatten)]
     pub conditions: ConditionArgs,
+    #[command(flatten)]
+    pub detections: DetectionArgs,
     /// Cases: paper, dense, all, or a TOML file
     #[arg(long, value_name = "SET|FILE", default_value = "paper")]
     pub cases: String,
+    #[command(flatten)]
+    pub attributes: AttributeArgs,
     #[arg(long, value_name = "STRATEGY", help = strategy_help(FURTHER, AGAIN))]
     pub strategy: Vec<String>,
     #[command(flatten)]
@@ -99,15 +103,19 @@ pub(crate) struct TrainingArgs {
     pub train_items: Option<usize>,
 }
 
-/// Vary belt speed, robots, spacing or reach, and find up to where everything is picked
+/// Vary belt speed, robots, spacing, reach or the threshold of detections
 ///
-/// Shows how fast the belt may run, and whether another robot or a slower belt is the better
+/// Finds up to where everything is picked: how fast the belt may run, and whether another robot or a slower belt is the better
 /// choice. Prints throughput, picked share and picking rate at every value. For each strategy
 /// it also prints the highest value up to which everything is picked, the first value that
 /// misses an item, and any values above it at which everything is picked again. A sweep of
 /// the belt speed finds that limit first and places its values around it. Sweeps of robots,
 /// spacing and reach recommend the lowest value with the highest throughput, among those at
 /// which arms stay 5 cm apart.
+///
+/// --sweep min-detection varies the p_detection below which items are left on the belt, with
+/// --misdetections: the more are left, the purer the bins, and usually the lower the recovery.
+/// It draws that curve, and --purity P chooses a point on it.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
@@ -116,11 +124,13 @@ Examples:
   pickline sweep --sweep robots --patterns poisson:0.12:10
   pickline sweep --sweep robots --patterns random:20 --flow 80
   pickline sweep --patterns poisson:0.15:100 --html sweep.html --svg limits.svg --chart limits
+  pickline sweep --sweep min-detection --p-detection beta:8,2 --purity 0.9 --svg purity.svg
 
 Charts for --chart: picked (the main one), the picked share over the sweep with the
 limits; throughput, the picks per minute in the steady state; rate, the picking rate;
 limits, the share of patterns that are picked completely (needs several patterns and a
-sweep of speed or spacing).")]
+sweep of speed or spacing); purity, the purity over the recovery, which is the main one of a
+sweep of min-detection.")]
 pub(crate) struct SweepArgs {
     #[command(flatten)]
     pub station: StationChoice,
@@ -128,9 +138,15 @@ pub(crate) struct SweepArgs {
     pub common: Common,
     #[command(flatten)]
     pub conditions: ConditionArgs,
-    /// What to vary: speed, robots, spacing, reach
+    #[command(flatten)]
+    pub detections: DetectionArgs,
+    /// What to vary: speed, robots, spacing, reach, min-detection
     #[arg(long, value_name = "NAME", default_value = "speed")]
     pub sweep: String,
+    /// With --sweep min-detection: name for each strategy the threshold with the highest recovery
+    /// at a purity of at least P, chosen on training patterns and reported on fresh ones
+    #[arg(long, value_name = "P", allow_negative_numbers = true)]
+    pub purity: Option<f64>,
     /// First value [default: half the limit for the speed, otherwise from the station]
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub from: Option<f64>,
@@ -147,6 +163,8 @@ pub(crate) struct SweepArgs {
     /// many as a steady state needs; for a profile, all its items]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub items: Option<usize>,
+    #[command(flatten)]
+    pub attributes: AttributeArgs,
     #[command(flatten)]
     pub feed: FeedArgs,
     #[arg(long, value_name = "STRATEGY", help = strategy_help(FURTHER, AGAIN))]

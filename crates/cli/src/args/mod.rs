@@ -22,7 +22,7 @@ mod verification;
 
 pub(crate) use access::AccessArgs;
 pub(crate) use bound::{BoundArgs, ObjectiveArg};
-pub(crate) use conditions::ConditionArgs;
+pub(crate) use conditions::{ConditionArgs, DetectionArgs};
 pub(crate) use experiment::{CompareArgs, SweepArgs, TrainingArgs};
 pub(crate) use game::{GameArgs, PayoffArg};
 pub(crate) use live::{

@@ -85,10 +85,6 @@ pub(crate) struct GenerateArgs {
     /// linearly between rows
     #[arg(long, value_name = "FILE")]
     pub profile: Option<PathBuf>,
-    /// Classes of the items with their shares, such as pet:0.4,hdpe:0.3,wood:0.3; the rest has
-    /// none
-    #[arg(long, value_name = "SHARES")]
-    pub classes: Option<String>,
     #[command(flatten)]
     pub feed: FeedArgs,
     /// Belt width [m] [default: the station's]
@@ -153,6 +149,8 @@ Examples:
       --belt-speed 0.1 --output p.csv
   pickline pattern import tracks runs/track/labels --image-size 1280x720 --fps 25 \\
       --scale 0.002 --axis x --belt-speed 0.25 --angle 1.8
+  pickline pattern import tracks waste.txt --fps 30 --scale 0.0015 --axis x \\
+      --belt-speed 0.3 --class-names 1:pet,2:hdpe,3:wood
 
 File formats, detected from the content:
   mot          frame,id,left,top,width,height,conf[,class,visibility] or [,x,y,z]
@@ -249,6 +247,9 @@ pub(crate) struct TracksArgs {
         allow_negative_numbers = true
     )]
     pub merge_distance: f64,
+    /// Names of the class ids: such as 1:pet,2:hdpe, or a file with one such pair on each line
+    #[arg(long, value_name = "NAMES|FILE")]
+    pub class_names: Option<String>,
     /// Write to this file instead of stdout
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,

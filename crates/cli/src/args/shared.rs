@@ -97,6 +97,9 @@ pub(crate) struct AttributeArgs {
     /// Grasp probabilities, with a distribution as for --area
     #[arg(long, value_name = "DIST")]
     pub p_grasp: Option<String>,
+    /// Classes with their shares, such as pet:0.4,hdpe:0.3,wood:0.3; the rest has none
+    #[arg(long, value_name = "SHARES")]
+    pub classes: Option<String>,
 }
 
 /// Flow and shape of generated feeds.

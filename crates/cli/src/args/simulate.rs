@@ -1,6 +1,6 @@
 //! The arguments of `pickline simulate`.
 
-use super::conditions::ConditionArgs;
+use super::conditions::{ConditionArgs, DetectionArgs};
 use super::shared::{Common, StationChoice, strategy_help};
 use clap::Args;
 use std::path::PathBuf;
@@ -19,6 +19,8 @@ pub(crate) struct SimulateArgs {
     pub common: Common,
     #[command(flatten)]
     pub conditions: ConditionArgs,
+    #[command(flatten)]
+    pub detections: DetectionArgs,
     /// Pattern file (CSV), or `-` for stdin [default: a 0.15 m grid of 50 items]
     #[arg(long, value_name = "FILE")]
     pub pattern: Option<String>,

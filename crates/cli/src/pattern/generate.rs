@@ -3,10 +3,9 @@
 use super::target::{write_pattern, written};
 use crate::args::{GenerateArgs, PatternKind, StationChoice};
 use crate::session::{Session, tell};
-use pickline::error::{Error, Result, counted, shown, shown_number};
+use pickline::error::{Error, Result, counted, shown_number};
 use pickline::pattern::{
-    Attributes, ClassShares, Feed, FeedShape, Feeder, Pattern, describe, grid, poisson_disk,
-    random_stream,
+    Attributes, Feed, FeedShape, Feeder, Pattern, describe, grid, poisson_disk, random_stream,
 };
 use pickline::plausible::BELT_WIDTH;
 use pickline::station::Belt;
@@ -40,7 +39,6 @@ struct GeneratePlan {
     /// Number of items.
     count: Option<usize>,
     attributes: Attributes,
-    classes: Option<ClassShares>,
     seed: u64,
     output: Option<PathBuf>,
     quiet: bool,
@@ -56,11 +54,6 @@ impl GenerateArgs {
             .check(&read, &targets)?;
         let belt = self.chosen_belt()?;
         let attributes = self.attributes.resolve()?;
-        let classes = self.classes.as_deref().map(|text| {
-            text.parse()
-                .map_err(|error: Error| error.at(&format!("--classes {}", shown(text))))
-        });
-        let classes = classes.transpose()?;
         let kind = self.kind.feed(self.profile.as_deref())?;
         self.check_distances(&kind)?;
         let shape = self.feed.shape(&[&kind], &self.station)?;
@@ -73,7 +66,6 @@ impl GenerateArgs {
             distance: self.spacing.or(self.radius),
             count: self.count,
             attributes,
-            classes,
             seed: self.seed,
             output,
             quiet: self.quiet,
@@ -140,12 +132,7 @@ impl GeneratePlan {
             Feed::PoissonDisk if by_distance => self.poisson_disk(&mut rng),
             _ => self.feed(&mut rng),
         };
-        let pattern = self.attributes.apply(pattern?, &mut rng)?;
-        match &self.classes {
-            // A stream of their own, so that classes change nothing else.
-            Some(classes) => classes.apply(&pattern, &mut random_stream(self.seed, 1)),
-            None => Ok(pattern),
-        }
+        self.attributes.apply(pattern?, &mut rng)
     }
 
     /// A grid, given by the distance between its items.

@@ -9,7 +9,7 @@ use crate::warnings::warn;
 use pickline::error::{Error, Result, counted, shown, spell_settings};
 use pickline::files;
 use pickline::pattern::Pattern;
-use pickline::pattern::tracking::{self, ImportOptions};
+use pickline::pattern::tracking::{self, ClassNames, ImportOptions};
 use pickline::plausible::{BELT_SPEED, MERGE_DISTANCE, SPLIT_DISTANCE};
 use pickline_report::{OutputProtection, json_text};
 use serde::Serialize;
@@ -37,7 +37,10 @@ impl TracksArgs {
             ("--output", output.as_deref()),
             ("--report", self.report.as_deref()),
         ];
-        let read = [("the recording", Some(self.file.as_path()))];
+        let read = [
+            ("the recording", Some(self.file.as_path())),
+            ("--class-names", self.class_names_file()),
+        ];
         OutputProtection::of("pattern import")
             .with_force(self.force)
             .check(&read, &targets)?;
@@ -81,7 +84,25 @@ impl TracksArgs {
             .with_centre_px(self.centre_px)
             .with_min_frames(self.min_frames)
             .with_split_distance_m(self.split_distance)
-            .with_merge_distance_m(self.merge_distance))
+            .with_merge_distance_m(self.merge_distance)
+            .with_class_names(self.class_names()?))
+    }
+
+    /// The file of `--class-names`; `None` if the names themselves are given.
+    fn class_names_file(&self) -> Option<&Path> {
+        let names = Path::new(self.class_names.as_deref()?);
+        // A file may have a colon in its name, and names are never without one.
+        let is_file = names.is_file() || !names.to_string_lossy().contains(':');
+        is_file.then_some(names)
+    }
+
+    /// The names of the class ids, if they are given.
+    fn class_names(&self) -> Result<Option<ClassNames>> {
+        if let Some(file) = self.class_names_file() {
+            let text = files::read_text(file)?;
+            return ClassNames::from_lines(&text, &file.display().to_string()).map(Some);
+        }
+        self.class_names.as_deref().map(str::parse).transpose()
     }
 }
 

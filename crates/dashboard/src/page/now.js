@@ -19,7 +19,8 @@ function newestClaims(line, view) {
   return newest;
 }
 
-function armNow(robot, claim, report, now) {
+/** The arm of `robot`; `place` is where it is when it is free, if that is not always its only bin. */
+function armNow(robot, claim, report, place, now) {
   const down = report.state === "fault";
   const picked = report.picked;
   const trip = claim && {
@@ -31,7 +32,9 @@ function armNow(robot, claim, report, now) {
     from: claim.from,
     bin: claim.bin,
   };
-  const resting = armOnTrip(robot, null, now);
+  // A task is known before the robot leaves for it.
+  const [x, y] = trip?.from ?? place ?? robot.bin;
+  const resting = { ...armOnTrip(robot, null, now), x, y };
   if (!trip || down) return { ...resting, picked, down };
   // The robot has not acknowledged the task, but its destination is known.
   if (claim.stage === "sent") return { ...resting, meet: trip.meet, picked, down };
@@ -44,7 +47,7 @@ function stateNow(line, view, passed) {
   const moved = view.belt_speed * (now - view.status.stamp);
   const claims = newestClaims(line, view);
   const arms = line.robots.map((robot, i) =>
-    armNow(robot, claims[i], view.status.robots[i], now),
+    armNow(robot, claims[i], view.status.robots[i], view.places?.[i], now),
   );
   const items = view.items.map((item) => {
     const state = { ...item, x: item.x + moved, robot: item.robot ?? null };
@@ -85,6 +88,7 @@ function storyNow(line, item) {
     `at (${item.x.toFixed(3)}, ${item.y.toFixed(3)}) m`,
   ];
   if (item.fate === "missed") lines.push(MISSED_WORDS[item.reason] ?? `missed: ${item.reason}`);
+  else if (item.fate === "left") lines.push("left on the belt on purpose");
   else lines.push(item.robot === null ? item.fate : `${item.fate} by ${line.robots[item.robot].name}`);
   return lines;
 }

@@ -15,9 +15,9 @@ function missedInAll(status) {
   return Object.values(status.missed).reduce((sum, count) => sum + count, 0);
 }
 
-/** Share of items picked, of those that are no longer on the belt or claimed. */
+/** Share of items picked, of the wanted ones that are no longer on the belt or claimed. */
 function settledShare(status) {
-  const settled = status.seen - status.on_belt - status.claimed;
+  const settled = status.seen - status.on_belt - status.claimed - (status.unwanted ?? 0);
   return settled > 0 ? status.picked / settled : 0;
 }
 
@@ -37,6 +37,7 @@ function showFigures(view) {
     ["missed", [figure("missed", missedInAll(status), 0)]],
     ["on the belt", [n("on_belt", 0)]],
     ["claimed", [n("claimed", 0)]],
+    ...(status.unwanted === undefined ? [] : [["left on purpose", [n("unwanted", 0)]]]),
     ["belt", [figure("belt_speed", view.belt_speed, 3), unit("m/s")]],
     ["decision, median", [...milliseconds("p50_ms"), unit("of "), decisions]],
     ["decision, 99 %", milliseconds("p99_ms")],

@@ -41,7 +41,12 @@ impl Controller {
         // The strategy decides for the moment when the robot can set out.
         let time = self.stamps.now() + self.config.lead_of(robot);
         let decider = &mut self.decider;
-        self.world.offer(robot, time, &mut decider.candidates);
+        self.world.offer(
+            robot,
+            time,
+            &mut decider.candidates,
+            &mut decider.candidate_odds,
+        );
         self.fleet.free_at(&mut decider.free_at);
         let robots = self.world.station().robots();
         let places = self.fleet.iter().zip(robots);

@@ -11,6 +11,7 @@ impl Controller {
     pub fn status(&self, last: bool, queued: u64) -> Status {
         let now = self.stamps.now();
         let (mut picked, mut missed) = self.tally.forgotten();
+        let mut unwanted = self.tally.unwanted();
         let (mut on_belt, mut claimed) = (0, 0);
         let travel = self.world.motion().travel(now);
         for (_, tracked) in self.world.items().iter() {
@@ -18,6 +19,7 @@ impl Controller {
                 Fate::Picked => picked += 1,
                 Fate::Claimed => claimed += 1,
                 Fate::OnBelt => on_belt += 1,
+                Fate::Unwanted => unwanted += 1,
                 fate => {
                     if let Some(count) = fate.count(&mut missed) {
                         *count += 1;
@@ -35,11 +37,12 @@ impl Controller {
             mode: self.mode().to_owned(),
             seen,
             picked,
-            picked_share: share(picked as f64, seen as f64),
+            picked_share: share(picked as f64, seen.saturating_sub(unwanted) as f64),
             picks_per_min: share(60.0 * picked as f64, now),
             missed,
             on_belt,
             claimed,
+            unwanted: self.station().leaves_items().then_some(unwanted),
             open_tasks: self.tasks.holding().map(|claim| claim.task).collect(),
             queued,
             rejected: self.tally.rejected(),

@@ -5,8 +5,10 @@ use crate::claims::Claim;
 use crate::clock::ClockKind;
 use crate::fate::Fate;
 use crate::items::Tracked;
+use crate::robots::RobotInfo;
 use crate::trend::TrendView;
 use crate::view::{ClaimView, ItemView, LineView};
+use pickline::station::Robot;
 
 /// Maximum number of items in a view besides the claimed ones: a screen has no room for more, and
 /// the line must not wait for the view.
@@ -29,6 +31,7 @@ impl Controller {
             items: Vec::new(),
             left_out: 0,
             claims: self.show_claims(),
+            places: self.show_places(),
             trend: TrendView::default(),
         };
         let end = self.station().belt().length + VIEW_MARGIN;
@@ -44,6 +47,7 @@ impl Controller {
                 Fate::Picked => continue,
                 Fate::Claimed => ("claimed", None),
                 Fate::OnBelt => ("waiting", None),
+                Fate::Unwanted => ("left", None),
                 other => ("missed", other.reason()),
             };
             if fate == "claimed" || item % every == 0 {
@@ -68,6 +72,19 @@ impl Controller {
     fn robot_after(&self, tracked: &Tracked) -> Option<usize> {
         let task = tracked.claimed_by()?;
         self.tasks.get(task).map(|claim| claim.robot)
+    }
+
+    /// Where each arm is when it is free [m]; empty if every robot has only one place.
+    fn show_places(&self) -> Vec<[f64; 2]> {
+        let robots = self.station().robots();
+        if robots.iter().all(|robot| robot.places() == 1) {
+            return Vec::new();
+        }
+        let place = |(robot, (_, info)): (&Robot, (usize, &RobotInfo))| {
+            let place = robot.place(usize::from(info.place_of(robot)));
+            [place.x, place.y]
+        };
+        robots.iter().zip(self.fleet.iter()).map(place).collect()
     }
 
     fn show_claims(&self) -> Vec<ClaimView> {

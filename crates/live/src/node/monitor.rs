@@ -81,9 +81,10 @@ pub struct NodeSummary {
 impl fmt::Display for NodeSummary {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let (status, latency) = (&self.status, &self.latency);
+        let unwanted = status.unwanted_words();
         write!(
             f,
-            "{} of {} items picked, {} missed, {} on the belt, {} claimed; {} decisions, \
+            "{} of {} items picked, {} missed, {} on the belt, {} claimed{unwanted}; {} decisions, \
              p50 {:.3} ms, p99 {:.3} ms, max {:.3} ms",
             status.picked,
             status.seen,

@@ -156,7 +156,8 @@ pub struct Due {
     pub next: Option<f64>,
 }
 
-/// The figures of the line. `seen` is always `picked` + all of `missed` + `on_belt` + `claimed`.
+/// The figures of the line. `seen` is always `picked` + all of `missed` + `on_belt` + `claimed` +
+/// `unwanted`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Status {
     /// Timestamp [s].
@@ -173,7 +174,7 @@ pub struct Status {
     pub seen: u64,
     /// Items picked.
     pub picked: u64,
-    /// `picked` / `seen`; 0 if nothing was seen.
+    /// `picked` / (`seen` - `unwanted`); 0 if nothing that is wanted was seen.
     pub picked_share: f64,
     /// Picks per minute since the first message [1/min].
     pub picks_per_min: f64,
@@ -183,6 +184,10 @@ pub struct Status {
     pub on_belt: u64,
     /// Items that are assigned to a robot.
     pub claimed: u64,
+    /// Items that are left on the belt on purpose: their class is not wanted, or no robot has a bin
+    /// for it. Absent on a line that takes every item.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unwanted: Option<u64>,
     /// Ids of the tasks without a result yet.
     pub open_tasks: Vec<u64>,
     /// Messages waiting to be sent.
@@ -200,6 +205,15 @@ pub struct Status {
     /// messages.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub latency: Option<Latency>,
+}
+
+impl Status {
+    /// The number of unwanted items in words, to be appended to other counts; empty on a line that
+    /// takes every item.
+    pub fn unwanted_words(&self) -> String {
+        let unwanted = self.unwanted;
+        unwanted.map_or(String::new(), |count| format!(", {count} unwanted"))
+    }
 }
 
 /// Items that were not picked, by the first reason that applies.

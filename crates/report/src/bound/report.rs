@@ -2,8 +2,8 @@
 
 use crate::provenance::Provenance;
 use pickline::decision::Figures;
-use pickline::pattern::Pattern;
 use pickline::planning::bound::{Bound, certified_percent};
+use pickline::sim::Scene;
 use serde::Serialize;
 
 /// A bound as printed and written; the JSON field names are the product's format.
@@ -12,6 +12,9 @@ use serde::Serialize;
 pub struct BoundReport {
     /// Number of items in the pattern.
     pub items: usize,
+    /// Number of those that are to be picked; omitted if all are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wanted: Option<usize>,
     /// Items within reach of at least one robot.
     pub reachable: usize,
     /// Upper bound on the picks of every strategy.
@@ -89,13 +92,18 @@ impl ScheduleReport {
 }
 
 impl BoundReport {
-    /// The report of the bound on `picks` for `pattern`, with the bound on `weight` if it was
+    /// The report of the bound on `picks` for `scene`, with the bound on `weight` if it was
     /// requested.
-    pub fn new(pattern: &Pattern, picks: &Bound, weight: Option<&Bound>, made: Provenance) -> Self {
+    pub fn new(scene: &Scene, picks: &Bound, weight: Option<&Bound>, made: Provenance) -> Self {
+        let pattern = scene.pattern();
         let main = weight.unwrap_or(picks);
         // If all items weigh the same, weight is picks in another unit.
-        let first = pattern.items()[0].reward();
-        let equal = pattern.items().iter().all(|item| item.reward() == first);
+        let station = scene.station();
+        let wanted = pattern.items().iter();
+        let wanted = wanted.filter(|item| station.takes(item.class_on(station)));
+        let mut weights = wanted.map(|item| item.weight_on(station));
+        let first = weights.next().unwrap_or_default();
+        let equal = weights.all(|weight| weight == first);
         // Rounded up by more than the product's rounding error.
         let as_weight = |picks: f64| first * picks * (1.0 + 1e-12);
         let least = |found: Option<f64>, follows: Option<f64>| match (found, follows) {
@@ -114,6 +122,7 @@ impl BoundReport {
         let all_end = all_end.fold(0.0, f64::max);
         Self {
             items: pattern.len(),
+            wanted: (!scene.left().is_empty()).then(|| pattern.len() - scene.left().len()),
             reachable: picks.reachable,
             picks_upper_bound: picks.value as usize,
             picks_relaxed: picks.relaxed,
@@ -140,7 +149,7 @@ impl BoundReport {
             stop_reason: main.stop.name(),
             notes: Vec::new(),
             made,
-            weighs: weight.is_some() || pattern.has_attributes(),
+            weighs: weight.is_some() || pattern.weighs_on(station),
             prices: pattern
                 .items()
                 .iter()

@@ -28,11 +28,11 @@ impl BoundReport {
             )
         });
         format!(
-            "{}{share}all       {all}\nreach     {} of {} items are within reach\n\
+            "{}{share}all       {all}\nreach     {} of {} are within reach\n\
              search    {} steps, slots of {} s, {} picks in slots, {}\n{}{}",
             table,
             self.reachable,
-            self.items,
+            self.of(" items"),
             self.iterations,
             self.slot_s,
             self.arcs,
@@ -43,6 +43,14 @@ impl BoundReport {
                 .collect::<String>(),
             self.made.lines(),
         )
+    }
+
+    /// The number of items that are to be picked, with `noun`, and of all items if these are more.
+    fn of(&self, noun: &str) -> String {
+        match self.wanted {
+            Some(wanted) => format!("{wanted} wanted{noun} ({} in all)", self.items),
+            None => format!("{}{noun}", self.items),
+        }
     }
 
     /// The table of the figures.
@@ -63,7 +71,7 @@ impl BoundReport {
             "items picked, at most",
             self.picks_upper_bound.to_string(),
             of(&|s| s.picked.to_string()),
-            &format!("of {}", self.items),
+            &format!("of {}", self.of("")),
         )];
         if self.weighs && self.weight_upper_bound.is_some() {
             lines.push(line(

@@ -2,6 +2,7 @@
 
 use super::report::{CaseReport, ComparisonReport, MethodResultReport, RunRow};
 use crate::csv_rows::{CsvRows, Displayed, OptionalNumber, high, low};
+use crate::purity::{PurityByBinReport, PurityColumns};
 use crate::throughput::ThroughputColumns;
 use serde::Serialize;
 
@@ -14,6 +15,11 @@ struct CaseMethod<'r> {
 #[derive(Default, Serialize)]
 struct PatternCounts {
     steady_patterns: usize,
+    patterns: usize,
+}
+
+#[derive(Default, Serialize)]
+struct PatternCount {
     patterns: usize,
 }
 
@@ -101,14 +107,53 @@ impl ComparisonReport {
         })
     }
 
+    /// What each method picks of each class, if there are classes.
+    pub(super) fn classes_csv(&self) -> Option<String> {
+        self.classes().next()?;
+        let classes = self.results().flat_map(|(_, case, result)| {
+            let classes = result.classes.iter();
+            classes.map(move |class| (case, result, class))
+        });
+        let rows = classes.map(|(case, result, class)| {
+            let of = CaseMethod {
+                case: &case.name,
+                method: &result.method,
+            };
+            let patterns = PatternCount {
+                patterns: case.patterns,
+            };
+            (of, class.csv_columns(), patterns)
+        });
+        Some(CsvRows::of(rows).text(&self.made))
+    }
+
     /// Every run.
     pub(super) fn runs_csv(&self) -> String {
         let runs = self.cases.iter().flat_map(|case| &case.runs);
         let rows = CsvRows::like(&RunRow::default(), runs.cloned());
-        let omitted: &[&str] = match self.weighs() {
-            true => &[],
-            false => &["weighted_rate_per_min"],
-        };
-        rows.without(omitted).text(&self.made)
+        let mut omitted = Vec::new();
+        if !self.weighs() {
+            omitted.push("weighted_rate_per_min");
+        }
+        if !self.has_purity() {
+            omitted.extend(["rightly_binned", "due"]);
+        }
+        rows.without(&omitted).text(&self.made)
+    }
+
+    /// Purity and recovery of each method's bins, if detections may be wrong.
+    pub(super) fn purity_csv(&self) -> Option<String> {
+        let rows = self.results().flat_map(|(_, case, result)| {
+            let parts = result.sorting.iter().flat_map(PurityByBinReport::parts);
+            parts.map(|(bin, purity, _)| {
+                let of = CaseMethod {
+                    case: &case.name,
+                    method: &result.method,
+                };
+                (of, PurityColumns::new(bin, purity))
+            })
+        });
+        self.has_purity()
+            .then(|| CsvRows::of(rows).text(&self.made))
     }
 }

@@ -24,6 +24,8 @@ impl VerbReport for ComparisonReport {
         ResultFile::text("picked_time.csv", Self::picked_time_csv),
         ResultFile::text("picking_rate.csv", Self::picking_rate_csv),
         ResultFile::text("runs.csv", Self::runs_csv),
+        ResultFile::if_any("purity.csv", Self::purity_csv),
+        ResultFile::if_any("classes.csv", Self::classes_csv),
         ResultFile::json("compare.json"),
     ];
     const CHARTS: &'static [ChartKind<Self>] = charts::CHARTS;

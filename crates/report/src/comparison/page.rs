@@ -3,8 +3,10 @@
 use super::charts::CHARTS;
 use super::report::{CaseReport, ComparisonReport, MethodResultReport, PrintedReport};
 use crate::bound::CaseBoundReport;
+use crate::classes::{CERTIFIED_CAPTION, CLASSES_CAPTION, ClassPageRow, class_page_columns};
 use crate::columns::TableColumns;
 use crate::page::{Cell, PageFigure, PageSection, PageTable, ReportPage, charts, escape};
+use crate::purity::{PURITY_CAPTION, purity_page_columns};
 use pickline::stats::Interval;
 
 /// The page for `report`.
@@ -67,6 +69,22 @@ fn tables(report: &ComparisonReport) -> Vec<PageSection> {
              included; certified is at least that share of the picks that the best strategy \
              could make. Means over the patterns."
                 .into(),
+        ));
+    }
+    if report.has_purity() {
+        sections.push(PageSection::Table(
+            "Purity and recovery".into(),
+            purities(report),
+            PURITY_CAPTION.into(),
+        ));
+    }
+    if report.classes().next().is_some() {
+        let bounded = report.cases.iter().any(|case| case.bound.is_some());
+        let certified = if bounded { CERTIFIED_CAPTION } else { "" };
+        sections.push(PageSection::Table(
+            "Classes".into(),
+            classes(report, bounded),
+            format!("{CLASSES_CAPTION} {certified}").trim().to_owned(),
         ));
     }
     if report.with_paper {
@@ -261,6 +279,16 @@ fn figures(report: &ComparisonReport) -> PageTable {
     PageTable::of(&columns, rows(report, 0, |_| true))
 }
 
+/// Purity and recovery of each method's bins.
+fn purities(report: &ComparisonReport) -> PageTable {
+    let methods = report.purities().into_iter();
+    let rows = methods.flat_map(|rows| {
+        let rows = rows.into_iter().enumerate();
+        rows.map(|(place, row)| (place == 0, row))
+    });
+    PageTable::of(&purity_page_columns("<case"), rows)
+}
+
 fn differences(report: &ComparisonReport) -> PageTable {
     let columns = named()
         .with("picking rate minus the first's, 95 % [1/min]", |row| {
@@ -274,6 +302,26 @@ fn differences(report: &ComparisonReport) -> PageTable {
                 .into()
         });
     PageTable::of(&columns, rows(report, 1, |_| true))
+}
+
+/// What each method picks of each class.
+fn classes(report: &ComparisonReport, bounded: bool) -> PageTable {
+    let many = report.cases.iter().any(|case| case.patterns > 1);
+    let mut classes = Vec::new();
+    for (_, row) in rows(report, 0, |result| !result.classes.is_empty()) {
+        for (place, class) in row.result.classes.iter().enumerate() {
+            let begins = row.begins && place == 0;
+            let group = if begins { row.case.name.as_str() } else { "" };
+            let of_class = ClassPageRow {
+                group: Cell::Words(group.to_owned()),
+                method: if place == 0 { row.title } else { "" },
+                class,
+                path: row.path(&format!("classes.{place}")),
+            };
+            classes.push((place == 0, of_class));
+        }
+    }
+    PageTable::of(&class_page_columns("<case", many, bounded), classes)
 }
 
 /// A row of the table of bounds: the bound of a case, or a method compared with it.

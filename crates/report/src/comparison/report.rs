@@ -1,8 +1,10 @@
 //! A comparison of methods: the paper's Tables 2 and 3 for the user's own line.
 
 use crate::bound::CaseBoundReport;
+use crate::classes::ClassReport;
 use crate::csv_rows::{Displayed, OptionalNumber};
 use crate::provenance::Provenance;
+use crate::purity::{PageGroup, PurityByBinReport, PurityRow};
 use crate::throughput::ThroughputReport;
 use pickline::experiment::paper::{self, Printed};
 use pickline::experiment::{CaseResult, Comparison, Method};
@@ -71,6 +73,9 @@ pub(super) struct RunRow {
     picking_rate_per_min: Displayed<f64>,
     picks_upper_bound: Option<usize>,
     assignment: String,
+    /// Left out unless detections may be wrong, as the next one.
+    rightly_binned: Option<usize>,
+    due: Option<usize>,
     /// Left out where no item has attributes.
     weighted_rate_per_min: Displayed<f64>,
 }
@@ -109,6 +114,12 @@ pub struct MethodResultReport {
     /// Its mean rate as a proven share of the highest rate [%].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified_rate_percent: Option<f64>,
+    /// Purity and recovery of the bins; omitted unless detections may be wrong.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sorting: Option<PurityByBinReport>,
+    /// What it picked of each class; omitted if no item has a class that matters on the station.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub classes: Vec<ClassReport>,
     /// The paper's figures for it, if the paper prints any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper: Option<PrintedReport>,
@@ -165,6 +176,34 @@ impl ComparisonReport {
     /// Whether items of some case have attributes, so that weight differs from the count.
     pub(super) fn weighs(&self) -> bool {
         self.cases.iter().any(|case| case.weighs)
+    }
+
+    /// Whether detections may be wrong, so that bins have a purity.
+    pub(super) fn has_purity(&self) -> bool {
+        let mut results = self.cases.iter().flat_map(|case| &case.results);
+        results.any(|result| result.sorting.is_some())
+    }
+
+    /// The purities of every method on every case, as rows of a table.
+    pub(super) fn purities(&self) -> Vec<Vec<PurityRow<'_>>> {
+        let mut rows = Vec::new();
+        for (i, case) in self.cases.iter().enumerate() {
+            for (j, result) in case.results.iter().enumerate() {
+                let name = if j == 0 { case.name.as_str() } else { "" };
+                let path = format!("cases.{i}.results.{j}.sorting");
+                let group = PageGroup::Words(name.to_owned());
+                let purity = result.sorting.as_ref();
+                let method = &self.methods[j].title;
+                rows.extend(purity.map(|purity| PurityRow::all(group, method, purity, &path)));
+            }
+        }
+        rows
+    }
+
+    /// Every class of every method on every case.
+    pub(super) fn classes(&self) -> impl Iterator<Item = &ClassReport> {
+        let results = self.cases.iter().flat_map(|case| &case.results);
+        results.flat_map(|result| &result.classes)
     }
 
     /// Whether some method reaches a steady state on some case.
@@ -235,6 +274,8 @@ fn case_report(
                 benefit_percent: 100.0 * of.benefit,
                 certified_percent: bound.map(|bound| bound.certified[i]),
                 certified_rate_percent: bound.and_then(|bound| bound.certified_rate[i]),
+                sorting: of.purity.as_ref().map(PurityByBinReport::new),
+                classes: ClassReport::all(&of.classes),
                 paper: printed.and_then(|printed| printed_report(method, printed)),
             })
             .collect(),
@@ -265,6 +306,7 @@ fn run_rows(result: &CaseResult, comparison: &Comparison) -> Vec<RunRow> {
         for (method, of) in comparison.methods.iter().zip(&result.methods) {
             let run = &of.runs[i];
             let figures = &run.figures;
+            let total = run.contents.as_ref().map(|contents| contents.total);
             let assignment = match method {
                 Method::Robust(rules) => Some(rules),
                 _ => run.chosen.as_ref(),
@@ -286,6 +328,8 @@ fn run_rows(result: &CaseResult, comparison: &Comparison) -> Vec<RunRow> {
                 assignment: assignment
                     .map(|rules| rules.names().join(" "))
                     .unwrap_or_default(),
+                rightly_binned: total.map(|total| total.rightly_binned),
+                due: total.map(|total| total.due),
                 weighted_rate_per_min: Displayed(figures.weighted_rate()),
             });
         }

@@ -2,8 +2,10 @@
 
 use super::report::{CaseReport, ComparisonReport, MethodResultReport, PrintedReport};
 use crate::bound::{CaseBoundReport, rounded_up};
+use crate::classes::{RecoveryRow, recovery_table};
 use crate::columns::TableColumns;
 use crate::game_theory::GT_LINE;
+use crate::purity::purity_table;
 use crate::table::{fixed, interval};
 
 /// A row of the table: a method on a case, or the bound of a case.
@@ -72,11 +74,45 @@ impl ComparisonReport {
             false => "",
         };
         format!(
-            "{table}{GT_LINE}means over {}\n{certified}{}{}",
+            "{table}{GT_LINE}{}{}means over {}\n{certified}{}{}",
+            self.purity_text(),
+            self.recoveries(),
             counts.join("; "),
             notes.collect::<String>(),
             self.made.lines()
         )
+    }
+
+    /// Purity and recovery; empty unless detections may be wrong.
+    fn purity_text(&self) -> String {
+        let rows: Vec<_> = self.purities().into_iter().flatten().collect();
+        match rows.is_empty() {
+            true => String::new(),
+            false => purity_table("<case", &rows),
+        }
+    }
+
+    /// The recovery of each class; empty without classes.
+    fn recoveries(&self) -> String {
+        let mut rows = Vec::new();
+        for case in &self.cases {
+            let results = case.results.iter().zip(&self.methods).enumerate();
+            rows.extend(results.map(|(place, (result, method))| RecoveryRow {
+                group: match place {
+                    0 => case.name.clone(),
+                    _ => String::new(),
+                },
+                method: Some(&method.title),
+                classes: &result.classes,
+            }));
+            rows.extend(case.bound.as_ref().map(|_| RecoveryRow {
+                group: String::new(),
+                method: None,
+                classes: &case.results[0].classes,
+            }));
+        }
+        rows.retain(|row| !row.classes.is_empty());
+        recovery_table("<case", self.classes(), rows)
     }
 
     fn is_bounded(&self) -> bool {

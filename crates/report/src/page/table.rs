@@ -9,7 +9,7 @@ use pickline::stats::Interval;
 use std::fmt::Write as _;
 
 /// What stands in a row of a table under one header.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) enum Cell {
     /// Words, left-aligned.
     Words(String),
@@ -22,7 +22,7 @@ pub(crate) enum Cell {
 }
 
 /// A figure of the JSON report.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct PageFigure {
     /// Its path in the report, such as `cases.0.items`.
     path: String,
@@ -106,6 +106,8 @@ impl Cell {
         match self {
             Self::Words(words) => format!("<td class=\"words\">{}</td>", escape(words)),
             Self::Text(text) => format!("<td>{}</td>", escape(text)),
+            // A share of nothing has no value, and is null in the report.
+            Self::Figure(figure) if figure.value.is_nan() => "<td>\u{2013}</td>".into(),
             Self::Figure(figure) => format!("<td>{}</td>", figure.html()),
             Self::Interval(low, high) => format!("<td>{} to {}</td>", low.html(), high.html()),
         }

@@ -1,5 +1,7 @@
 //! The charts of a sweep.
 
+use super::chart_parts::{MOST_BARS, heights, legend, mark, marks_entry, method_words};
+use super::purity_chart::purity_chart;
 use super::report::{BoundPoint, LimitReport, PointReport, SweepReport};
 use crate::bound::rounded_up;
 use crate::charts::{
@@ -7,9 +9,7 @@ use crate::charts::{
     percent,
 };
 use crate::table::{fixed, interval};
-use pickline::experiment::policy_title;
 use pickline::stats::{self, Interval};
-use pickline::strategies::POLICY;
 
 /// The charts of a sweep, the main one first.
 pub(super) const CHARTS: &[ChartKind<SweepReport>] = &[
@@ -33,10 +33,13 @@ pub(super) const CHARTS: &[ChartKind<SweepReport>] = &[
         chart: limits,
         needs: "several patterns, and a sweep of what makes picking harder: speed or spacing",
     },
+    ChartKind {
+        name: "purity",
+        chart: purity_chart,
+        needs: "a sweep of the threshold of detections ('sweep_axis' min-detection)",
+    },
 ];
 
-/// With more points than this, intervals are drawn as an area.
-const MOST_BARS: usize = 12;
 /// With more methods than this, their shades would merge.
 const MOST_SHADES: usize = 4;
 /// Share of the distance to the next value over which the methods' intervals are spread, so
@@ -54,9 +57,13 @@ fn picked(report: &SweepReport) -> Option<Chart> {
     let mut chart = lines(report, "picked share [%]", " %", figure, bound);
     chart.title = "Items picked".into();
     chart.y = chart.y.up_to(100.0);
+    if report.is_of_thresholds() {
+        chart.caption += " Items below the threshold do not count.";
+    }
     let mut marked = false;
+    let limits = report.limits.iter().filter(|_| !report.is_of_thresholds());
     let shaded = report.limits.len() <= MOST_SHADES && !report.helps;
-    for (j, limit) in report.limits.iter().enumerate() {
+    for (j, limit) in limits.enumerate() {
         let (at, to) = match report.helps {
             true => (limit.lowest, None),
             false => (limit.highest, limit.first_miss.filter(|_| shaded)),
@@ -88,24 +95,6 @@ fn picked(report: &SweepReport) -> Option<Chart> {
             .push(marks_entry(Ink::Faint, "limits that the paper states"));
     }
     Some(chart)
-}
-
-fn mark(at: f64, shade_to: Option<f64>, ink: Ink, label: String) -> ChartMark {
-    ChartMark {
-        at,
-        upright: true,
-        ink,
-        shade_to,
-        label,
-    }
-}
-
-fn marks_entry(ink: Ink, words: &str) -> LegendLine {
-    LegendLine {
-        label: words.into(),
-        ink,
-        swatch: Swatch::Mark,
-    }
 }
 
 fn rate(report: &SweepReport) -> Option<Chart> {
@@ -159,7 +148,8 @@ fn lines(
     let layer = |j: usize| {
         let of_method = report.points.iter().skip(j).step_by(methods);
         let points = of_method.filter_map(|point| {
-            let (y, ends) = figure(point)?;
+            // A share of nothing is no point.
+            let (y, ends) = figure(point).filter(|(y, _)| y.is_finite())?;
             Some(method_point(report, point, (y, ends), unit).moved(aside(j)))
         });
         Layer::Points {
@@ -238,7 +228,7 @@ fn bound_points(
 ) -> Vec<ChartPoint> {
     let bounds = report.bounds.iter().flat_map(|bounds| &bounds.points);
     let point = |point: &BoundPoint| {
-        let y = bound(point)?;
+        let y = bound(point).filter(|y| y.is_finite())?;
         Some(ChartPoint {
             x: point.value,
             y,
@@ -253,22 +243,10 @@ fn bound_points(
     bounds.filter_map(point).collect()
 }
 
-/// Everything that the vertical axis must include.
-fn heights(layer: &Layer) -> Vec<f64> {
-    let Layer::Points { points, .. } = layer else {
-        return Vec::new();
-    };
-    let point = |point: &ChartPoint| {
-        let ends = point.along.unwrap_or(Interval::point(point.y));
-        [point.y, ends.low, ends.high]
-    };
-    points.iter().flat_map(point).collect()
-}
-
 /// The axis of the swept values, and how points over it are drawn.
 fn across(report: &SweepReport) -> (ChartAxis, PointStyle) {
     let values = || report.points.iter().map(|point| point.value);
-    let counts = report.unit == "1";
+    let counts = report.sweep == "robots";
     let mut x = if counts {
         // Robots come in whole numbers.
         let first = values().fold(f64::INFINITY, f64::min);
@@ -308,45 +286,11 @@ fn aside(report: &SweepReport, style: PointStyle) -> impl Fn(usize) -> f64 + use
 
 fn axis_title(report: &SweepReport) -> String {
     match (report.sweep, report.unit) {
+        ("min-detection", _) => "lowest p_detection that is picked".into(),
         (name, "1") => format!("number of {name}"),
         ("speed", unit) => format!("belt speed [{unit}]"),
         ("spacing", unit) => format!("distance between neighbouring bases [{unit}]"),
         (name, unit) => format!("{name} [{unit}]"),
-    }
-}
-
-fn legend(report: &SweepReport) -> Vec<LegendLine> {
-    let methods = report.limits.len();
-    let entry = |(j, first): (usize, &PointReport)| {
-        // If each value is a line of its own, the assignment may differ along it.
-        let mut own = report.points.iter().skip(j).step_by(methods);
-        let label = if own.all(|point| point.title == first.title) {
-            first.title.clone()
-        } else {
-            method_words(&first.method)
-        };
-        LegendLine {
-            label,
-            ink: Ink::Series(j),
-            swatch: Swatch::Line,
-        }
-    };
-    report
-        .points
-        .iter()
-        .take(methods)
-        .enumerate()
-        .map(entry)
-        .collect()
-}
-
-/// A method's name in files in readable form.
-pub(super) fn method_words(id: &str) -> String {
-    match id {
-        "robust_gt" => "robust GT".into(),
-        "greedy_gt" => "greedy GT".into(),
-        POLICY => policy_title(),
-        other => other.into(),
     }
 }
 

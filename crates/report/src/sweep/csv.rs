@@ -2,6 +2,7 @@
 
 use super::report::SweepReport;
 use crate::csv_rows::{CsvRows, Displayed, OptionalNumber, high, low};
+use crate::purity::{PurityByBinReport, PurityColumns, PurityReport};
 use crate::table::column;
 use serde::Serialize;
 
@@ -29,15 +30,27 @@ struct PointFigures {
     picking_rate_upper_bound_per_min: OptionalNumber,
     /// Only where items have attributes.
     weighted_rate_per_min: OptionalNumber,
+    /// Only where detections may be wrong, as those below.
+    purity: OptionalNumber,
+    purity_low: OptionalNumber,
+    purity_high: OptionalNumber,
+    recovery: OptionalNumber,
+    recovery_low: OptionalNumber,
+    recovery_high: OptionalNumber,
+}
+
+#[derive(Default, Serialize)]
+struct ChosenThresholdRow<'r> {
+    method: &'r str,
+    wanted_purity: Displayed<f64>,
+    min_detection: OptionalNumber,
+    /// `training` or `fresh`.
+    patterns: &'static str,
 }
 
 impl SweepReport {
     /// Every point; columns without figures are left out.
     pub(super) fn points_csv(&self) -> String {
-        let varied = match self.sweep {
-            "speed" => "belt_speed",
-            other => other,
-        };
         let methods = self.limits.len();
         let rows = self.points.iter().enumerate().map(|(i, point)| {
             let bound = self.bounds.as_ref().map(|b| &b.points[i / methods]);
@@ -46,6 +59,10 @@ impl SweepReport {
                 method: point.method.as_str(),
             };
             let rate = bound.and_then(|bound| bound.picking_rate_per_min);
+            let purity = point.sorting.as_ref().map(|purity| &purity.total);
+            let content = purity.map(|purity| &purity.content);
+            let purity_ends = purity.and_then(|purity| purity.purity_interval);
+            let recovery_ends = purity.and_then(|purity| purity.recovery_interval);
             let figures = PointFigures {
                 added_per_robot_per_min: point.added_per_robot_per_min.map(Displayed),
                 picked_share: Displayed(point.picked_share),
@@ -62,15 +79,79 @@ impl SweepReport {
                 weighted_rate_per_min: self
                     .weighs
                     .then_some(Displayed(point.weighted_rate_per_min)),
+                purity: content.and_then(|content| content.purity.map(Displayed)),
+                purity_low: low(purity_ends),
+                purity_high: high(purity_ends),
+                recovery: content.and_then(|content| content.recovery.map(Displayed)),
+                recovery_low: low(recovery_ends),
+                recovery_high: high(recovery_ends),
             };
             (of, point.throughput.columns(), figures)
         });
         CsvRows::of(rows)
             .without_empty()
-            .renamed(|name| match name {
-                "value" => column(varied, self.unit),
-                name => name.to_owned(),
-            })
+            .renamed(|name| self.column_name(name))
             .text(&self.made)
+    }
+
+    /// Purity and recovery of the bins at every point, if detections may be wrong.
+    pub(super) fn purity_csv(&self) -> Option<String> {
+        let rows = self.points.iter().flat_map(|point| {
+            let parts = point.sorting.iter().flat_map(PurityByBinReport::parts);
+            parts.map(|(bin, purity, _)| {
+                let of = SweptMethod {
+                    value: Displayed(point.value),
+                    method: point.method.as_str(),
+                };
+                (of, PurityColumns::new(bin, purity))
+            })
+        });
+        let rows = CsvRows::of(rows).renamed(|name| self.column_name(name));
+        self.has_purity().then(|| rows.text(&self.made))
+    }
+
+    /// The thresholds, with what each gives on the training patterns and on fresh ones.
+    pub(super) fn thresholds_csv(&self) -> Option<String> {
+        let thresholds = self.thresholds.as_ref()?;
+        let rows = thresholds.methods.iter().flat_map(|method| {
+            let of = |patterns: &'static str, purity: Option<PurityReport>| {
+                let row = ChosenThresholdRow {
+                    method: &method.method,
+                    wanted_purity: Displayed(thresholds.purity),
+                    min_detection: method.threshold.map(Displayed),
+                    patterns,
+                };
+                let columns = purity.map(|purity| PurityColumns::new(None, &purity));
+                (row, columns.unwrap_or_default())
+            };
+            [of("training", method.trained), of("fresh", method.fresh)]
+        });
+        Some(CsvRows::of(rows).without(&["bin"]).text(&self.made))
+    }
+
+    /// What each method picks of each class, if there are classes.
+    pub(super) fn classes_csv(&self) -> Option<String> {
+        self.classes().next()?;
+        let points = self.points.iter();
+        let classes =
+            points.flat_map(|point| point.classes.iter().map(move |class| (point, class)));
+        let rows = classes.map(|(point, class)| {
+            let of = SweptMethod {
+                value: Displayed(point.value),
+                method: point.method.as_str(),
+            };
+            (of, class.csv_columns())
+        });
+        let rows = CsvRows::of(rows).renamed(|name| self.column_name(name));
+        Some(rows.text(&self.made))
+    }
+
+    /// The name of a column: that of the value is the varied quantity with its unit.
+    fn column_name(&self, name: &str) -> String {
+        match (name, self.sweep) {
+            ("value", "speed") => column("belt_speed", self.unit),
+            ("value", other) => column(&other.replace('-', "_"), self.unit),
+            _ => name.to_owned(),
+        }
     }
 }

@@ -3,14 +3,18 @@
 //! | file | what it is |
 //! |---|---|
 //! | `report.rs` | the figures |
+//! | `thresholds.rs` | the thresholds of detections for a wanted purity |
 //! | `words.rs` | limits and recommendations in words |
-//! | `text.rs`, `csv.rs`, `charts.rs`, `page.rs` | how they are shown |
+//! | `text.rs`, `csv.rs`, `charts.rs`, `page.rs` | how they are shown; of charts, `purity_chart.rs` has one and `chart_parts.rs` what several use |
 
+mod chart_parts;
 mod charts;
 mod csv;
 mod page;
+mod purity_chart;
 mod report;
 mod text;
+mod thresholds;
 mod words;
 
 pub use report::SweepReport;
@@ -23,6 +27,9 @@ use crate::verb_report::{ResultFile, VerbReport};
 impl VerbReport for SweepReport {
     const FILES: &'static [ResultFile<Self>] = &[
         ResultFile::text("sweep.csv", Self::points_csv),
+        ResultFile::if_any("purity.csv", Self::purity_csv),
+        ResultFile::if_any("thresholds.csv", Self::thresholds_csv),
+        ResultFile::if_any("classes.csv", Self::classes_csv),
         ResultFile::json("sweep.json"),
     ];
     const CHARTS: &'static [ChartKind<Self>] = charts::CHARTS;

@@ -1,31 +1,64 @@
 //! The page of a sweep.
 
-use super::charts::{CHARTS, method_words};
+use super::chart_parts::method_words;
+use super::charts::CHARTS;
 use super::report::{BoundPoint, LimitReport, PointReport, SweepReport};
+use super::thresholds::{ThresholdReport, ThresholdsReport};
+use crate::classes::{ClassPageRow, class_page_columns};
 use crate::columns::TableColumns;
 use crate::page::{Cell, PageFigure, PageSection, PageTable, ReportPage, charts, escape};
+use crate::purity::purity_page_columns;
 
 /// The page for `report`.
 pub(super) fn page(report: &SweepReport) -> String {
     let mut sections = charts(CHARTS, report);
-    sections.push(PageSection::Table(
-        "Limits".into(),
-        limits(report),
-        match report.limits.iter().any(|limit| lacks(report, limit)) {
-            true => "A dash means: at no value of this sweep.".into(),
-            false => String::new(),
-        },
-    ));
+    if report.is_of_thresholds() {
+        // The chart of the purity, which is last in the table of charts, is this sweep's main one.
+        sections.rotate_right(1);
+        sections.extend(report.thresholds.as_ref().map(|thresholds| {
+            PageSection::Table(
+                "Thresholds".into(),
+                chosen(thresholds),
+                format!("Chosen on {}.", thresholds.trained_on),
+            )
+        }));
+    } else {
+        sections.push(PageSection::Table(
+            "Limits".into(),
+            limits(report),
+            match report.limits.iter().any(|limit| lacks(report, limit)) {
+                true => "A dash means: at no value of this sweep.".into(),
+                false => String::new(),
+            },
+        ));
+    }
+    if report.has_purity() {
+        sections.push(PageSection::Long(
+            "Purity (the share of what is binned that belongs there) and recovery (of what is due) at \
+             every value"
+                .into(),
+            purities(report),
+        ));
+    }
     sections.push(PageSection::Long(
         format!("All {} figures of the sweep", report.points.len()),
         points(report),
     ));
+    if report.classes().next().is_some() {
+        sections.push(PageSection::Long(
+            "Recovery of each class: the share of its items that is picked, over all patterns \
+             together"
+                .into(),
+            classes(report),
+        ));
+    }
     sections.push(PageSection::List("Notes".into(), report.notes.clone()));
     let page = ReportPage {
         title: format!(
             "Sweep of {} on {} pattern{}",
             match report.sweep {
                 "speed" => "belt speed",
+                "min-detection" => "the threshold of detections",
                 other => other,
             },
             report.patterns,
@@ -47,7 +80,103 @@ fn lacks(report: &SweepReport, limit: &LimitReport) -> bool {
     }
 }
 
+/// The purity and recovery of each method at the first and at the last threshold, and what is chosen.
+fn threshold_answer(report: &SweepReport) -> Vec<String> {
+    let methods = report.limits.len();
+    let at = |place: usize| {
+        let point = &report.points[place];
+        let content = &point.sorting.as_ref()?.total.content;
+        let share = |field: &str, share: f64| {
+            PageFigure::percent(format!("points.{place}.sorting.{field}"), share).html()
+        };
+        Some(format!(
+            "a purity of {} % and a recovery of {} % at {}",
+            share("purity", content.purity?),
+            share("recovery", content.recovery?),
+            PageFigure::exact(format!("points.{place}.value"), point.value).html()
+        ))
+    };
+    let line = |j: usize| {
+        let own = (j..report.points.len()).step_by(methods);
+        let ends = [own.clone().find_map(at), own.rev().find_map(at)];
+        let ends: Vec<String> = ends.into_iter().flatten().collect();
+        let method = escape(&method_words(&report.points[j].method));
+        match ends.as_slice() {
+            [first, last] if first != last => format!("{method} has {first}, and {last}."),
+            [first, ..] => format!("{method} has {first}."),
+            [] => format!("{method} puts nothing into any bin."),
+        }
+    };
+    let mut lines: Vec<String> = (0..methods).map(line).collect();
+    let chosen = report.thresholds.iter();
+    let chosen = chosen.flat_map(|thresholds| thresholds.words(method_words));
+    lines.extend(chosen.map(|words| format!("Choose for {}.", escape(&words))));
+    lines
+}
+
+/// The threshold of each method for the wanted purity.
+fn chosen(thresholds: &ThresholdsReport) -> PageTable {
+    type Row<'r> = (usize, &'r ThresholdReport);
+    let share = |row: &Row, field: &str, share: Option<f64>| {
+        let path = format!("thresholds.methods.{}.{field}", row.0);
+        Cell::or_dash(share.map(|share| PageFigure::percent(path, share)))
+    };
+    let ends = |row: &Row, names, ends| {
+        Cell::interval(names, ends, |field, value| {
+            let path = format!("thresholds.methods.{}.fresh.{field}", row.0);
+            PageFigure::percent(path, value)
+        })
+    };
+    let columns = TableColumns::new()
+        .with("<method", |row: &Row| {
+            Cell::Words(method_words(&row.1.method))
+        })
+        .with("threshold", |row| {
+            let path = format!("thresholds.methods.{}.threshold", row.0);
+            let value = row.1.threshold;
+            Cell::or_dash(value.map(|value| PageFigure::exact(path, value)))
+        })
+        .with("purity in training [%]", move |row| {
+            let trained = row.1.trained.and_then(|found| found.content.purity);
+            share(row, "trained.purity", trained)
+        })
+        .with("purity on fresh patterns [%]", move |row| {
+            let fresh = row.1.fresh.and_then(|found| found.content.purity);
+            share(row, "fresh.purity", fresh)
+        })
+        .with("95 %", move |row| {
+            let fresh = row.1.fresh.and_then(|found| found.purity_interval);
+            ends(row, ("purity_low", "purity_high"), fresh)
+        })
+        .with("recovery on fresh patterns [%]", move |row| {
+            let fresh = row.1.fresh.and_then(|found| found.content.recovery);
+            share(row, "fresh.recovery", fresh)
+        })
+        .with("95 %", move |row| {
+            let fresh = row.1.fresh.and_then(|found| found.recovery_interval);
+            ends(row, ("recovery_low", "recovery_high"), fresh)
+        });
+    let methods = thresholds.methods.iter().enumerate();
+    PageTable::of(&columns, methods.map(|row| (false, row)))
+}
+
+/// Purity and recovery at every value.
+fn purities(report: &SweepReport) -> PageTable {
+    let methods = report.limits.len();
+    let points = report.purities().into_iter().enumerate();
+    let rows = points.flat_map(|(i, rows)| {
+        let begins = i % methods == 0;
+        let rows = rows.into_iter().enumerate();
+        rows.map(move |(place, row)| (begins && place == 0, row))
+    });
+    let group = report.varied();
+    PageTable::of(&purity_page_columns(&group), rows)
+}
+
 fn answer(report: &SweepReport) -> Vec<String> {
+    if report.is_of_thresholds() {
+        return threshold_answer(report);
+    }
     let unit = report.unit_word();
     let line = |(j, limit): (usize, &LimitReport)| {
         let figure =
@@ -313,6 +442,28 @@ fn with_bound_columns<'c>(
                 Some(PageFigure::new(path("picking_rate_per_min"), rate, 2))
             })
         })
+}
+
+/// What each method picks of each class at every value.
+fn classes(report: &SweepReport) -> PageTable {
+    let mut rows = Vec::new();
+    for (i, point) in report.points.iter().enumerate() {
+        for (place, class) in point.classes.iter().enumerate() {
+            let first = i % report.limits.len() == 0 && place == 0;
+            let row = ClassPageRow {
+                group: match first {
+                    true => PageFigure::exact(format!("points.{i}.value"), point.value).into(),
+                    false => Cell::empty(),
+                },
+                method: if place == 0 { &point.title } else { "" },
+                class,
+                path: format!("points.{i}.classes.{place}"),
+            };
+            rows.push((place == 0, row));
+        }
+    }
+    let (many, bounded) = (report.patterns > 1, report.bounds.is_some());
+    PageTable::of(&class_page_columns(&report.varied(), many, bounded), rows)
 }
 
 fn points(report: &SweepReport) -> PageTable {

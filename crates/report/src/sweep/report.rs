@@ -1,9 +1,14 @@
 //! A sweep: figures over one varied quantity, and up to which value everything is picked.
 
+use super::thresholds::ThresholdsReport;
+use crate::classes::ClassReport;
 use crate::provenance::Provenance;
+use crate::purity::{PageGroup, PurityByBinReport, PurityRow};
 use crate::throughput::ThroughputReport;
 use pickline::error::spell_settings;
-use pickline::experiment::{Axis, Limit, Sweep, SweepPoint, SweepValue, SweptMethod, paper};
+use pickline::experiment::{
+    Axis, Limit, Sweep, SweepPoint, SweepValue, SweptMethod, ThresholdChoices, paper,
+};
 use pickline::stats::{self, Interval};
 use pickline::throughput::UnsteadyReason;
 use serde::Serialize;
@@ -12,7 +17,7 @@ use serde::Serialize;
 #[derive(Debug, Clone, Serialize)]
 #[non_exhaustive]
 pub struct SweepReport {
-    /// Name of the varied quantity: `speed`, `robots`, `spacing` or `reach`.
+    /// Name of the varied quantity: `speed`, `robots`, `spacing`, `reach` or `min-detection`.
     pub sweep: &'static str,
     /// Unit of the varied quantity.
     pub unit: &'static str,
@@ -25,6 +30,9 @@ pub struct SweepReport {
     /// What no strategy can exceed, for each value; omitted if not requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bounds: Option<BoundsReport>,
+    /// The threshold of detections for each method; omitted without a wanted purity.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub thresholds: Option<ThresholdsReport>,
     /// The paper's limits, if they are comparable with ours.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper: Option<PaperLimits>,
@@ -78,6 +86,12 @@ pub struct PointReport {
     /// Picks over all patterns as a proven share of the optimum [%]; omitted if not requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified_percent: Option<f64>,
+    /// Purity and recovery of the bins; omitted unless detections may be wrong.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sorting: Option<PurityByBinReport>,
+    /// What it picked of each class; omitted if no item has a class that matters on the station.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub classes: Vec<ClassReport>,
 }
 
 /// What no strategy can exceed, along a sweep.
@@ -216,6 +230,8 @@ impl PointReport {
             complete_share: point.complete_share,
             nearly_complete_share: point.nearly_complete_share,
             certified_percent: point.certified,
+            sorting: point.purity.as_ref().map(PurityByBinReport::new),
+            classes: ClassReport::all(&point.classes),
         }
     }
 }
@@ -250,7 +266,7 @@ impl LimitReport {
                 .filter(|_| !axis.helps())
                 .map(|(first, this)| 100.0 * (this / first - 1.0)),
             recommended: match axis {
-                Axis::Speed => None,
+                Axis::Speed | Axis::MinDetection => None,
                 _ => method.recommended(),
             },
         }
@@ -308,6 +324,7 @@ impl SweepReport {
             weighs: sweep.weighs,
             limits: limits.collect(),
             bounds: BoundsReport::new(&sweep.values),
+            thresholds: None,
             paper: with_paper.then(|| PaperLimits {
                 robust_gt,
                 rl,
@@ -318,12 +335,51 @@ impl SweepReport {
         }
     }
 
+    /// The same with the thresholds that were chosen, if any.
+    #[must_use]
+    pub fn with_thresholds(mut self, choices: Option<&ThresholdChoices>) -> Self {
+        self.thresholds = choices.map(ThresholdsReport::new);
+        self
+    }
+
+    /// Whether the threshold of detections is varied, so that only the items above it count as
+    /// those to be picked.
+    pub(super) fn is_of_thresholds(&self) -> bool {
+        self.sweep == Axis::MinDetection.name()
+    }
+
+    /// Whether detections may be wrong, so that bins have a purity.
+    pub(super) fn has_purity(&self) -> bool {
+        self.points.iter().any(|point| point.sorting.is_some())
+    }
+
+    /// The purities of every point, as rows of a table.
+    pub(super) fn purities(&self) -> Vec<Vec<PurityRow<'_>>> {
+        let methods = self.limits.len();
+        let points = self.points.iter().enumerate();
+        let rows = points.filter_map(|(i, point)| {
+            let purity = point.sorting.as_ref()?;
+            let group = match i % methods {
+                0 => PageGroup::Value(point.value, format!("points.{i}.value")),
+                _ => PageGroup::Words(String::new()),
+            };
+            let path = format!("points.{i}.sorting");
+            Some(PurityRow::all(group, &point.title, purity, &path))
+        });
+        rows.collect()
+    }
+
     /// The varied quantity with its unit, as the header of a table.
     pub(super) fn varied(&self) -> String {
         match self.unit {
             "1" => self.sweep.to_owned(),
             unit => format!("{} [{unit}]", self.sweep),
         }
+    }
+
+    /// Every class of every method at every value.
+    pub(super) fn classes(&self) -> impl Iterator<Item = &ClassReport> {
+        self.points.iter().flat_map(|point| &point.classes)
     }
 
     /// Whether there is a throughput at some point.

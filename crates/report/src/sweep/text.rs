@@ -2,8 +2,10 @@
 
 use super::report::{BoundPoint, LimitReport, PointReport, SweepReport};
 use crate::bound::rounded_up;
+use crate::classes::{RecoveryRow, recovery_table};
 use crate::columns::TableColumns;
 use crate::game_theory::GT_LINE;
+use crate::purity::purity_table;
 use crate::table::{fixed, interval};
 
 /// A row of the table: a method at a value.
@@ -34,8 +36,21 @@ impl SweepReport {
             }
         });
         let mut text = self.columns(many).table(rows) + GT_LINE;
-        for limit in &self.limits {
+        if self.has_purity() {
+            let rows: Vec<_> = self.purities().into_iter().flatten().collect();
+            text += &purity_table(&self.varied(), &rows);
+        }
+        text += &self.recoveries();
+        // What is below a threshold does not count as missed, so a limit would say nothing.
+        let limits = self.limits.iter().filter(|_| !self.is_of_thresholds());
+        for limit in limits {
             text += &self.limit_line(limit, many);
+        }
+        if let Some(thresholds) = &self.thresholds {
+            for words in thresholds.words(str::to_owned) {
+                text += &format!("choose    {words}\n");
+            }
+            text += &format!("training  {}\n", thresholds.trained_on);
         }
         for words in self.recommendations(str::to_owned) {
             text += &format!("choose    {words}\n");
@@ -43,7 +58,8 @@ impl SweepReport {
         if let Some(words) = self.avoided() {
             text += &format!("avoid     {words}\n");
         }
-        if let Some(bounds) = &self.bounds {
+        let bounds = self.bounds.as_ref().filter(|_| !self.is_of_thresholds());
+        if let Some(bounds) = bounds {
             text += &format!("bound     {}\n", bounds.words(self.helps, self.unit_word()));
         }
         if let Some(paper) = &self.paper {
@@ -58,6 +74,30 @@ impl SweepReport {
             text += &format!("note      {note}\n");
         }
         text + &self.made.lines()
+    }
+
+    /// The recovery of each class; empty without classes.
+    fn recoveries(&self) -> String {
+        let methods = self.limits.len();
+        let mut rows = Vec::new();
+        for (i, point) in self.points.iter().enumerate() {
+            rows.push(RecoveryRow {
+                group: match i % methods {
+                    0 => point.value.to_string(),
+                    _ => String::new(),
+                },
+                method: Some(&point.title),
+                classes: &point.classes,
+            });
+            if self.bounds.is_some() && i % methods == methods - 1 {
+                rows.push(RecoveryRow {
+                    group: String::new(),
+                    method: None,
+                    classes: &point.classes,
+                });
+            }
+        }
+        recovery_table(&self.varied(), self.classes(), rows)
     }
 
     fn columns(&self, many: bool) -> TableColumns<'_, SweepTextRow<'_>, String> {

@@ -5,10 +5,10 @@ use pickline::clearance::MARGIN;
 use pickline::experiment::AS_GOOD;
 
 impl SweepReport {
-    /// Recommended values, one sentence per method; empty in a sweep of the belt speed, which
-    /// is the user's choice. `named` gives the name of a method.
+    /// Recommended values, one sentence per method; empty in a sweep of the belt speed or of the
+    /// threshold of detections, which are the user's choice. `named` gives the name of a method.
     pub(super) fn recommendations(&self, named: impl Fn(&str) -> String) -> Vec<String> {
-        if self.sweep == "speed" {
+        if self.sweep == "speed" || self.is_of_thresholds() {
             return Vec::new();
         }
         let unit = self.unit_word();
@@ -65,9 +65,10 @@ impl SweepReport {
             count => format!("{first} to {last} ({count} values)"),
         };
         let unit = self.unit_word();
-        // The belt's speed moves no arm.
+        // Neither the belt's speed nor a threshold moves an arm.
+        let moves = self.sweep != "speed" && !self.is_of_thresholds();
         let words = format!("{range} {unit}: arms can meet, or come closer than {MARGIN} m");
-        (self.sweep != "speed").then_some(words)
+        moves.then_some(words)
     }
 }
 

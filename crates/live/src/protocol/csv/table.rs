@@ -260,6 +260,15 @@ pub(super) const FROM_NODE: &[Form] = &[
         ],
     },
     Form {
+        letter: "L",
+        message: "status",
+        about: "how many of those seen are left on the belt on purpose; only on a line that leaves items",
+        fields: &[
+            field("t", "stamp", FieldKind::Stamp),
+            field("unwanted", "unwanted", FieldKind::Count),
+        ],
+    },
+    Form {
         letter: "U",
         message: "due",
         about: "everything up to the tick is decided; when the next decision is due",

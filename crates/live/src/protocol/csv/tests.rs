@@ -379,11 +379,20 @@ fn what_the_node_says_fits_on_its_lines() {
     (status.missed.busy, status.missed.no_result) = (1, 2);
     let line = write(Outgoing::Status(Box::new(status)));
     assert_eq!(text(&line), "S,1,656426000,9,5,3,0,0,1");
+    // One more line on a line that leaves items, with the next number.
+    let leaving = Status {
+        stamp: NOW,
+        unwanted: Some(4),
+        ..Status::default()
+    };
+    let lines = write(Outgoing::Status(Box::new(leaving)));
+    let lines: Vec<String> = lines.lines().map(text).collect();
+    assert_eq!(lines, ["S,2,656426000,0,0,0,0,0,0", "L,3,656426000,4"]);
     let due = Due {
         stamp: 100.5,
         next: None,
     };
-    assert_eq!(text(&write(Outgoing::Due(due))), "U,2,100500,");
+    assert_eq!(text(&write(Outgoing::Due(due))), "U,4,100500,");
     let lines = write(Outgoing::Task(task(
         0,
         17,
@@ -391,10 +400,10 @@ fn what_the_node_says_fits_on_its_lines() {
         (1.234, -0.0001),
     )));
     let lines: Vec<String> = lines.lines().map(text).collect();
-    assert_eq!(lines[0], "I,3,17,camera_7__,PET,0.5,1300,-500,30,33.5");
+    assert_eq!(lines[0], "I,5,17,camera_7__,PET,0.5,1300,-500,30,33.5");
     assert_eq!(
         lines[1],
-        "T,4,656426000,scara-12,17,0,250,1500,750,1234,-0.1"
+        "T,6,656426000,scara-12,17,0,250,1500,750,1234,-0.1"
     );
     // What does not fit is not sent in part.
     let far = task(0, 17, [1e9, 1e9, 1e9], (1.0, 0.0));

@@ -10,6 +10,9 @@ use serde_json::Value;
 /// The line with details about a task's item.
 const ITEM: &str = "I";
 
+/// The line with the items that are left on purpose, and the field without which it is not sent.
+const LEFT: (&str, &str) = ("L", "unwanted");
+
 /// Writes lines to one peer.
 #[derive(Debug)]
 pub(crate) struct CsvWriter {
@@ -42,6 +45,9 @@ impl CsvWriter {
         let kind = message.get("kind").and_then(Value::as_str);
         let mut lines = String::new();
         for form in self.forms.iter().filter(|form| Some(form.message) == kind) {
+            if form.letter == LEFT.0 && message.get(LEFT.1).is_none() {
+                continue;
+            }
             let line = framed(&self.text(form, &message));
             if line.len() > LONGEST_CSV_LINE {
                 if form.letter == ITEM {

@@ -264,6 +264,8 @@ messages! {
         meet: Point,
         /// The bin for the item.
         bin: Point,
+        /// Name of the bin; empty if the robot has one bin for everything.
+        bin_name: String,
         /// When the robot is expected to be free again.
         free_at: Time,
         /// Reward of the item.
@@ -370,6 +372,8 @@ messages! {
         on_belt: u64,
         /// Items that are assigned to a robot.
         claimed: u64,
+        /// Items that are left on the belt on purpose.
+        unwanted: u64,
         /// Ids of the tasks without a result yet.
         open_tasks: Vec<u64>,
         /// Messages waiting to be sent.
