@@ -116,9 +116,11 @@ fn a_recording_tells_how_the_arms_really_move() {
     let text = std::fs::read_to_string(path.join("fitted.toml")).unwrap();
     let fitted = parse(&text, "fitted", Overrides::default()).unwrap();
     for robot in fitted.robots() {
-        for way in [0.3, 0.5, 0.8] {
-            let off = robot.arm.time(way) - truth().time(way);
-            assert!(off.abs() < 0.004, "{way}: {off}");
+        // Without the start of the grasp only whole picks are known, whatever the shares in them.
+        let dwell = robot.grasp_time + robot.bins[0].release_time - GRASP - RELEASE;
+        for way in [0.3, 0.5, 0.7] {
+            let off = 2.0 * (robot.arm.time(way) - truth().time(way)) + dwell;
+            assert!(off.abs() < 0.006, "{}, {way}: {off}", robot.name);
         }
     }
     // Another station has other robots.
