@@ -35,7 +35,7 @@ const KNOWN: KnownColumns = KnownColumns {
     find: known_column,
     is_misspelt: |column| resembles(column, KNOWN.names),
     beginning: "start it with the header `robot,item,decide_s,grasp_s,release_s,bin`; `pickline \
-                simulate --format csv` writes one",
+                simulate` writes one as picks.csv",
     needs: "the header needs robot, item, decide_s, grasp_s and release_s",
 };
 

@@ -1,12 +1,14 @@
 //! The fit of one arm: its law, its dwell times, their intervals, and how well they reproduce the
 //! recorded times.
 
-use super::intervals::{FittedParameter, HalfOpen, percentile_interval, resampled};
+use super::arm_result::{ArmFit, FitError, FittedLaw, MoveResidual, rounded_arm, tidy};
+use super::intervals::{HalfOpen, percentile_interval, resampled};
 use super::law_fit::{LawEstimate, Prior, estimate_law};
 use super::model::{
     DWELL, GRASP, LIFT, Leg, Observation, RAMP, SLOWNESS, arm_of, longest_path, predict,
 };
 use super::options::{FitLaw, FitOptions};
+use super::parameter::{FittedParameter, doubtful, known, with_interval};
 use super::robust::{TUKEY, Task, scale_of};
 use super::table::{Groups, TableEstimate};
 use super::timed_move::TimedMove;
@@ -19,96 +21,8 @@ use crate::stats::quantile;
 const LEAST_MOVES: usize = 12;
 /// Number of parts that are held out in turn.
 const PARTS: usize = 5;
-/// Digits of what goes into a station file: more than any recording determines.
-const DIGITS: usize = 7;
 /// A larger share of outliers is no longer one of outliers.
 const MOST_OUTLIERS: f64 = 0.3;
-
-/// Which law was fitted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr)]
-#[strum(serialize_all = "snake_case")]
-pub enum FittedLaw {
-    /// Constant speed.
-    Speed,
-    /// Speed and acceleration.
-    Trapezoid,
-    /// A monotone table.
-    Table,
-}
-
-impl FittedLaw {
-    /// The name in files.
-    pub fn name(self) -> &'static str {
-        self.into()
-    }
-}
-
-/// How far predicted times are from recorded ones [s], without outliers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct FitError {
-    /// The median of their sizes [s].
-    pub median: f64,
-    /// What 95 % of them are below [s].
-    pub worst: f64,
-    /// Number of recorded times that were compared, each held out from the fit that predicts it.
-    pub count: usize,
-}
-
-/// One recorded time and what the fit says.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct MoveResidual {
-    /// Line of the file, or number of the task.
-    pub line: u64,
-    /// What was timed: `out`, `back`, `whole`, `chase` or `chase_home`.
-    pub leg: &'static str,
-    /// Length of its way in the plane [m]: of two ways the longer one, of a chase at departure.
-    pub way: f64,
-    /// The recorded time [s].
-    pub time: f64,
-    /// By how much it is longer than predicted [s].
-    pub residual: f64,
-    /// Whether it was taken for an outlier.
-    pub is_outlier: bool,
-}
-
-/// The fit of one arm.
-#[derive(Debug, Clone)]
-#[non_exhaustive]
-pub struct ArmFit {
-    /// Index of the robot.
-    pub robot: usize,
-    /// Number of its moves.
-    pub moves: usize,
-    /// The law.
-    pub law: FittedLaw,
-    /// The fitted arm.
-    pub arm: Arm,
-    /// Dwell time at the grasp [s].
-    pub grasp_time: f64,
-    /// Dwell time at the release into each bin [s].
-    pub release_times: Vec<f64>,
-    /// The parameters with their intervals.
-    pub parameters: Vec<FittedParameter>,
-    /// For a table, the interval of the time at each point [s].
-    pub table: Vec<Option<HalfOpen>>,
-    /// Standard deviation of the times that are no outliers, robustly [s].
-    pub scale: f64,
-    /// How well times are predicted that were not used.
-    pub error: FitError,
-    /// Every recorded time.
-    pub residuals: Vec<MoveResidual>,
-    /// What a reader must know about the figures.
-    pub notes: Vec<String>,
-}
-
-impl ArmFit {
-    /// Number of recorded times that were taken for outliers.
-    pub fn outliers(&self) -> usize {
-        self.residuals.iter().filter(|r| r.is_outlier).count()
-    }
-}
 
 /// The law, as estimated from some observations.
 enum Fitted {
@@ -548,47 +462,6 @@ impl Bench<'_> {
     }
 }
 
-fn known(
-    name: &str,
-    unit: &'static str,
-    value: f64,
-    interval: Option<HalfOpen>,
-) -> FittedParameter {
-    FittedParameter {
-        name: name.to_owned(),
-        unit,
-        value: Some(value),
-        interval,
-        remark: String::new(),
-    }
-}
-
-/// The same with the interval around its value.
-fn with_interval(
-    parameter: FittedParameter,
-    interval: impl Fn(f64) -> Option<HalfOpen>,
-) -> FittedParameter {
-    FittedParameter {
-        interval: parameter.value.and_then(interval),
-        ..parameter
-    }
-}
-
-/// The same for a parameter that the moves do not determine: its value is only one of many.
-fn doubtful(parameter: FittedParameter) -> FittedParameter {
-    let used = parameter.value.map_or(0.0, |value| value);
-    FittedParameter {
-        value: None,
-        interval: None,
-        remark: format!(
-            "not determined by these moves; {} {} is used, which fits together with the rest",
-            rounded(used, 4),
-            parameter.unit
-        ),
-        ..parameter
-    }
-}
-
 /// Enters that the top speed is unknown but at least `least` [m/s], and `used` instead.
 fn describe_unknown_speed(fit: &mut ArmFit, least: f64, used: f64) {
     fit.parameters.push(FittedParameter {
@@ -606,31 +479,4 @@ fn describe_unknown_speed(fit: &mut ArmFit, least: f64, used: f64) {
          changes no time within the recorded lengths",
         rounded(used, 4)
     ));
-}
-
-/// A number with the digits that go into a station file.
-fn tidy(value: f64) -> f64 {
-    format!("{value:.0$e}", DIGITS - 1).parse().unwrap_or(value)
-}
-
-fn rounded_arm(arm: &Arm) -> Arm {
-    let law = match &arm.law {
-        TravelLaw::Constant { speed } => TravelLaw::Constant {
-            speed: tidy(*speed),
-        },
-        TravelLaw::Trapezoid {
-            speed,
-            acceleration,
-            deceleration,
-        } => TravelLaw::Trapezoid {
-            speed: tidy(*speed),
-            acceleration: tidy(*acceleration),
-            deceleration: tidy(*deceleration),
-        },
-        TravelLaw::Table(points) => TravelLaw::Table(points.clone()),
-    };
-    Arm {
-        law,
-        lift: tidy(arm.lift),
-    }
 }

@@ -24,22 +24,6 @@ impl HalfOpen {
     }
 }
 
-/// One parameter of a robot, as estimated.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub struct FittedParameter {
-    /// Its name: as in a station file, with the bin where there are several.
-    pub name: String,
-    /// Its unit.
-    pub unit: &'static str,
-    /// Its value; `None` if the moves do not determine it.
-    pub value: Option<f64>,
-    /// Its 95 % interval; without a value, what it is at least.
-    pub interval: Option<HalfOpen>,
-    /// Why the value or the interval is missing, or what it was taken from; may be empty.
-    pub remark: String,
-}
-
 /// What `estimate` makes of each resample of `rows` rows with their `observations`, in order.
 pub(super) fn resampled<T: Send>(
     observations: &[Observation],

@@ -1,6 +1,7 @@
 //! The fit of a whole line.
 
-use super::arm_fit::{ArmFit, fit_arm};
+use super::arm_fit::fit_arm;
+use super::arm_result::ArmFit;
 use super::options::FitOptions;
 use super::timed_move::{TimedMove, check_units};
 use crate::error::{Error, Result};

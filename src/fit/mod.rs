@@ -11,21 +11,24 @@
 //! move is long enough to reach it; lift and acceleration are one if all moves are long.
 
 mod arm_fit;
+mod arm_result;
 mod intervals;
 mod law_fit;
 mod line_fit;
 mod model;
 mod moves_file;
 mod options;
+mod parameter;
 mod robust;
 mod station;
 mod table;
 mod timed_move;
 
-pub use arm_fit::{ArmFit, FitError, FittedLaw, MoveResidual};
-pub use intervals::{FittedParameter, HalfOpen};
+pub use arm_result::{ArmFit, FitError, FittedLaw, MoveResidual};
+pub use intervals::HalfOpen;
 pub use line_fit::{LineFit, fit_line};
 pub use moves_file::{MovesFile, read_moves};
 pub use options::{FitLaw, FitOptions};
+pub use parameter::FittedParameter;
 pub use station::fitted_station;
 pub use timed_move::{Chased, TimedMove};
