@@ -230,14 +230,15 @@ fn check_downtimes(station: &Station, outcome: &Outcome) -> Result<()> {
         };
         own.push((down.from, down.to));
     }
-    for (attempt, _) in attempts(outcome)? {
-        let own = of_robots.get(attempt.robot).map_or(&[][..], Vec::as_slice);
-        let begun = own.partition_point(|&(from, _)| from <= attempt.decide);
+    for Listed { index, pick, .. } in attempts(outcome)? {
+        let own = of_robots.get(pick.robot).map_or(&[][..], Vec::as_slice);
+        let begun = own.partition_point(|&(from, _)| from <= pick.decide);
         if let Some(&(from, to)) = own[..begun].last()
-            && attempt.decide < to - slack(to)
+            && pick.decide < to - slack(to)
         {
-            let problem = format!("the robot is down from {from} s to {to} s");
-            return Err(Violation::of(attempt, problem).into());
+            let text = format!("the robot is down from {from} s to {to} s");
+            let problem = Problem::of(ViolationKind::Down, text);
+            return Err(problem.in_pick(index, pick).into());
         }
     }
     Ok(())

@@ -96,6 +96,8 @@ pub enum ViolationKind {
     Claimed,
     /// The robot is still busy with another item.
     Busy,
+    /// The robot is down.
+    Down,
     /// The item has not passed the camera.
     Unseen,
     /// The robot leaves between two updates.
