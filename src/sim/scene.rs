@@ -1,7 +1,8 @@
 //! A station with a pattern on its belt, prepared for simulation.
 
 use super::claims::Claims;
-use super::conditions::{Conditions, Disturbances};
+use super::conditions::Conditions;
+use super::disturbances::Disturbances;
 use super::downtimes::Downtimes;
 use super::updates::next_update;
 use super::windows::Windows;

@@ -1,6 +1,6 @@
 //! What items truly are, where detections may be wrong.
 
-use super::conditions::Disturbances;
+use super::disturbances::Disturbances;
 use crate::pattern::{Item, random_stream};
 use rand::RngExt;
 
