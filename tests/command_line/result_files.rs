@@ -103,13 +103,13 @@ fn result_files_are_those_that_are_announced() {
             OptimumReport::file_names(),
         ),
         (
-            "compare --robust SPT,FIFO --no-policy --no-greedy --no-bound --replicates 1 \
-             --misdetections",
+            "compare --station sorting --classes pet:1 --robust SPT,SPT,SPT,SPT --no-policy --no-greedy \
+             --no-bound --replicates 1 --misdetections",
             ComparisonReport::file_names(),
         ),
         (
-            "sweep --robust SPT,FIFO --no-bound --sweep min-detection --from 0.5 --to 0.5 --items 9 \
-             --p-detection uniform:0,1 --purity 0.1",
+            "sweep --station sorting --classes pet:1 --robust SPT,SPT,SPT,SPT --no-bound --sweep \
+             min-detection --from 0.5 --to 0.5 --items 9 --p-detection uniform:0,1 --purity 0.1",
             SweepReport::file_names(),
         ),
         (

@@ -36,6 +36,7 @@ mod simulate;
 mod station;
 mod station_fit;
 mod sweep;
+mod sweep_files;
 #[cfg(feature = "onnx")]
 mod train;
 mod verification;

@@ -13,9 +13,8 @@ use pickline::experiment::{Axis, ROBOTS_DOWN};
 use pickline::optimize::Environment;
 use pickline::sim::Conditions;
 use pickline::station::Station;
-use pickline::strategies::policy_file;
 use pickline::study::{ScoredPatterns, SweepOptions, SweepStudy};
-use pickline_report::{ChartKind, Provenance, SweepReport, VerbReport};
+use pickline_report::{ChartKind, Provenance, SweepReport};
 
 pub(crate) fn run(args: SweepArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
@@ -121,23 +120,6 @@ impl SweepArgs {
         self.strategy.iter().try_fold(options, |options, text| {
             Ok(options.with_strategy(parse_strategy(text, quiet)?))
         })
-    }
-
-    /// Checks that what is written is not also read.
-    pub(super) fn check_files<R: VerbReport>(
-        &self,
-        patterns: &ScoredPatterns,
-        saved: Option<&str>,
-    ) -> Result<()> {
-        let source = patterns.source();
-        let files = source.files()?;
-        let mut read = vec![self.station.file()];
-        read.extend(files.iter().map(|file| ("--patterns", Some(&**file))));
-        read.push(("--patterns", source.folder()));
-        let strategies = saved.into_iter().chain(self.strategy.iter().map(|s| &**s));
-        read.extend(strategies.map(|s| ("--strategy", policy_file(s))));
-        self.common
-            .check_outputs::<R>("sweep", &read, &self.pictures.files())
     }
 }
 
