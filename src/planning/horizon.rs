@@ -318,11 +318,17 @@ impl Horizon {
         self.arms[robot].finish(from, reach, start)
     }
 
-    /// The last departure from `from` at which `robot`, leaving for the item, is free again by
-    /// `deadline` [s].
+    /// The last departure from `from`, in its window for the item [s], at which `robot` is free again
+    /// by `deadline` [s].
     #[inline(always)]
-    pub(super) fn latest_start(&self, robot: usize, from: u16, place: u32, deadline: f64) -> f64 {
-        let (reach, window) = (self.reach(robot, place), self.window(robot, from, place));
+    pub(super) fn latest_start(
+        &self,
+        robot: usize,
+        from: u16,
+        reach: &ItemReach,
+        window: (f64, f64),
+        deadline: f64,
+    ) -> f64 {
         self.arms[robot].latest_start(from, reach, window, deadline)
     }
 
@@ -423,7 +429,8 @@ mod tests {
                 let from = snapshot.places[snapshot.robot];
                 let finish = horizon.finish(snapshot.robot, from, reach, snapshot.time);
                 assert_eq!(finish, snapshot.time + at.processing_time(candidate));
-                let start = horizon.latest_start(snapshot.robot, from, place, finish);
+                let window = (reach.open, reach.close);
+                let start = horizon.latest_start(snapshot.robot, from, reach, window, finish);
                 assert!((start - snapshot.time).abs() < 1e-9);
                 // No departure in the window takes less than the shortest time.
                 for step in 0..=100 {

@@ -45,9 +45,11 @@ pub(super) struct PlanScore {
 /// The last start [s] of the item at `place` from `from` after which `robot` is free by `deadline`
 /// [s], which may be infinite.
 pub(super) fn latest(horizon: &Horizon, robot: usize, from: u16, place: u32, deadline: f64) -> f64 {
-    let (_, close) = horizon.window(robot, from, place);
+    let window = horizon.window(robot, from, place);
+    let (_, close) = window;
     if deadline.is_finite() {
-        close.min(horizon.latest_start(robot, from, place, deadline))
+        let reach = horizon.reach(robot, place);
+        close.min(horizon.latest_start(robot, from, reach, window, deadline))
     } else {
         close
     }

@@ -1,5 +1,6 @@
 //! `pickline check` on what `simulate` writes, and on what other programs write.
 
+use super::options::STATION;
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -68,22 +69,6 @@ fn what_simulate_writes_is_confirmed() {
         assert_eq!(header.contains(",bin,"), station == "sorting", "{header}");
     }
 }
-
-const STATION: &str = "\
-[belt]
-speed = 0.1
-length = 4.0
-width = 1.0
-
-[[robot]]
-name = \"a\"
-base = [1.0, 0.0]
-bin = [1.0, 0.0]
-reach = 0.5
-speed = 0.5
-grasp_time = 0.3
-release_time = 0.2
-";
 
 /// Every line with something wrong is named, with the place and what would be right.
 #[test]

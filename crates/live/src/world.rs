@@ -228,7 +228,7 @@ impl World {
             let tracked = self.items.get(candidate.item);
             odds.push(tracked.map_or(Odds::SURE, |tracked| tracked.features.odds()));
             // A mutable access would count as a change.
-            let is_new = self.items.get(candidate.item).is_some_and(|t| !t.offered);
+            let is_new = tracked.is_some_and(|tracked| !tracked.offered);
             if is_new && let Some(tracked) = self.items.get_mut(candidate.item) {
                 tracked.offered = true;
             }

@@ -23,6 +23,7 @@ mod verification;
 
 use clap::{Arg, Command};
 use rig::Rig;
+pub use rig::STATION;
 use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 

@@ -15,7 +15,8 @@ use std::process::Command;
 /// Picks per minute of one item that is in its bin at 6.5 s.
 pub const RATE: f64 = 60.0 / 6.5;
 
-const STATION: &str = "\
+/// One robot above the middle of the belt.
+pub const STATION: &str = "\
 [belt]
 speed = 0.1
 length = 4.0
