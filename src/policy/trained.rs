@@ -15,6 +15,10 @@ const FAR: f64 = 0.25;
 const SLACK: f64 = 1e-9;
 /// The metadata entry with the ranges.
 const KEY: &str = "trained_on";
+/// The quantity in which otherwise equal stations may differ.
+const ROBOTS: &str = "robots";
+/// The quantity that is varied in training.
+const BELT_SPEED: &str = "belt speed";
 
 /// The range of one quantity of lines.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -29,11 +33,16 @@ pub(crate) struct Extent {
     pub high: f64,
 }
 
-/// The lines that a policy was trained on, as the ranges of their quantities.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// The ranges of the quantities of stations that differ only in the number of robots.
+type Ranges = Vec<Extent>;
+
+/// The lines that a policy was trained on: the ranges of their quantities, apart for stations that
+/// differ in more than the number of robots. A slow belt under slow arms and a fast one under
+/// fast arms say nothing of a fast belt under slow arms.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(transparent)]
 pub(crate) struct Trained {
-    extents: Vec<Extent>,
+    families: Vec<Ranges>,
 }
 
 /// A quantity in which a line differs from everything that a policy was trained on.
@@ -63,8 +72,8 @@ fn extents(station: &Station) -> Vec<Extent> {
         .map(|pair| pair[1].base.x - pair[0].base.x)
         .collect();
     let mut list = vec![
-        extent("robots", "", &[robots.len() as f64]),
-        extent("belt speed", "m/s", &[belt.speed]),
+        extent(ROBOTS, "", &[robots.len() as f64]),
+        extent(BELT_SPEED, "m/s", &[belt.speed]),
         extent("belt width", "m", &[belt.width]),
         extent("reach", "m", &each(&|robot| robot.reach)),
         extent("arm speed", "m/s", &each(&|robot| robot.cruising_speed())),
@@ -73,6 +82,12 @@ fn extents(station: &Station) -> Vec<Extent> {
             "s",
             &each(&|robot| robot.mean_dwell()),
         ),
+        extent(
+            "time to move a quarter of the reach",
+            "s",
+            &each(&|robot| robot.arm.time(0.25 * robot.reach)),
+        ),
+        extent("bins", "", &each(&|robot| robot.bins.len() as f64)),
     ];
     if !spacings.is_empty() {
         list.push(extent("spacing of the bases", "m", &spacings));
@@ -80,25 +95,46 @@ fn extents(station: &Station) -> Vec<Extent> {
     list
 }
 
+/// Whether all ranges but those of the numbers of robots are the same.
+fn are_alike(a: &[Extent], b: &[Extent]) -> bool {
+    a.iter().filter(|e| e.quantity != ROBOTS).all(|extent| {
+        let other = b.iter().find(|e| e.quantity == extent.quantity);
+        other.is_none_or(|other| other == extent)
+    })
+}
+
+/// Widens `known` by `more`.
+fn merge(known: &mut Ranges, more: Ranges) {
+    for extent in more {
+        match known.iter_mut().find(|e| e.quantity == extent.quantity) {
+            Some(known) => {
+                known.low = known.low.min(extent.low);
+                known.high = known.high.max(extent.high);
+            }
+            None => known.push(extent),
+        }
+    }
+}
+
 impl Trained {
     /// The ranges over `stations`, each with its belt speed times `speed`, the lowest and the
     /// highest factor.
     pub(crate) fn on(stations: &[Station], speed: (f64, f64)) -> Self {
-        let mut merged: Vec<Extent> = Vec::new();
-        for mut extent in stations.iter().flat_map(extents) {
-            if extent.quantity == "belt speed" {
-                extent.low *= speed.0;
-                extent.high *= speed.1;
-            }
-            match merged.iter_mut().find(|e| e.quantity == extent.quantity) {
-                Some(known) => {
-                    known.low = known.low.min(extent.low);
-                    known.high = known.high.max(extent.high);
+        let mut families: Vec<Ranges> = Vec::new();
+        for station in stations {
+            let mut ranges = extents(station);
+            for extent in &mut ranges {
+                if extent.quantity == BELT_SPEED {
+                    extent.low *= speed.0;
+                    extent.high *= speed.1;
                 }
-                None => merged.push(extent),
+            }
+            match families.iter_mut().find(|known| are_alike(known, &ranges)) {
+                Some(known) => merge(known, ranges),
+                None => families.push(ranges),
             }
         }
-        Self { extents: merged }
+        Self { families }
     }
 
     /// Writes the ranges into a policy's metadata.
@@ -107,11 +143,16 @@ impl Trained {
         metadata.set(KEY, serde_json::to_string(self).unwrap_or_default());
     }
 
-    /// Reads the ranges from a policy's metadata; `None` if there are none. Older files have no
+    /// Reads the ranges from a policy's metadata; `None` if there are none. Before policies were
+    /// trained on several kinds of stations, a file had one list of ranges. Older files have no
     /// ranges but the names of their stations, which are known if they are built in.
     pub(crate) fn read(metadata: &Metadata) -> Option<Self> {
         if let Some(text) = metadata.get(KEY) {
-            return serde_json::from_str(text).ok();
+            let families = serde_json::from_str(text).ok().or_else(|| {
+                let one: Option<Ranges> = serde_json::from_str(text).ok();
+                one.map(|ranges| vec![ranges])
+            })?;
+            return Some(Self { families });
         }
         let record: serde_json::Value = serde_json::from_str(metadata.get("training")?).ok()?;
         let names = record["stations"].as_array()?.iter();
@@ -129,18 +170,27 @@ impl Trained {
         Some(Self::on(&stations, speed.unwrap_or((1.0, 1.0))))
     }
 
-    /// The quantities in which `station` differs from the training; empty if it is within all
-    /// ranges.
+    /// The quantities in which `station` differs from the most similar stations of the training; empty
+    /// if it is within all ranges of any of them.
     pub(crate) fn outside(&self, station: &Station) -> Vec<Outside> {
-        let outside = |line: Extent| {
-            let trained = self.extents.iter().find(|e| e.quantity == line.quantity)?;
-            let outside = Outside {
-                trained: trained.clone(),
-                line,
+        let line = extents(station);
+        let beyond = |ranges: &Ranges| -> Vec<Outside> {
+            let outside = |line: &Extent| {
+                let trained = ranges.iter().find(|e| e.quantity == line.quantity)?;
+                let outside = Outside {
+                    trained: trained.clone(),
+                    line: line.clone(),
+                };
+                (outside.excess() > SLACK).then_some(outside)
             };
-            (outside.excess() > SLACK).then_some(outside)
+            line.iter().filter_map(outside).collect()
         };
-        extents(station).into_iter().filter_map(outside).collect()
+        let worst =
+            |outside: &Vec<Outside>| outside.iter().map(Outside::excess).fold(0.0, f64::max);
+        let nearest = self.families.iter().map(beyond);
+        nearest
+            .min_by(|a, b| worst(a).total_cmp(&worst(b)))
+            .unwrap_or_default()
     }
 }
 
@@ -224,6 +274,26 @@ mod tests {
         let mut metadata = Metadata::default();
         assert_eq!(Trained::read(&metadata), None);
         trained.write(&mut metadata);
+        assert_eq!(Trained::read(&metadata), Some(trained.clone()));
+        // A file from before there were several kinds of stations.
+        let one = serde_json::to_string(&trained.families[0]).unwrap();
+        metadata.set(KEY, one);
         assert_eq!(Trained::read(&metadata), Some(trained));
+    }
+
+    /// Ranges of unlike stations are not joined: what lies between them is like neither.
+    #[test]
+    fn a_line_is_compared_with_the_most_similar_station() {
+        let delta = built_in("delta").unwrap().station(None).unwrap();
+        let trained = Trained::on(&[paper(2), delta.clone(), paper(3)], (0.8, 1.25));
+        assert_eq!(trained.families.len(), 2);
+        assert!(trained.outside(&delta).is_empty() && trained.outside(&paper(3)).is_empty());
+        let fast = paper(2).with_belt_speed(0.4).unwrap();
+        assert_eq!(
+            trained.outside(&fast)[0].to_string(),
+            "belt speed 0.4 m/s (trained on 0.04 to 0.0625 m/s)"
+        );
+        let slow = delta.with_belt_speed(0.05).unwrap();
+        assert!(trained.outside(&slow)[0].is_far());
     }
 }

@@ -32,10 +32,10 @@ pub struct Trial<'a> {
     /// The station and the case that it is judged on.
     pub name: TrialName,
     scenes: Vec<Scene<'a>>,
-    /// Mean picking rate [1/min] of the robust assignment: SPT for all but the last robot, FIFO
+    /// Mean weighted rate [1/min] of the robust assignment: SPT for all but the last robot, FIFO
     /// for the last.
     pub robust: f64,
-    /// Mean over patterns of the best assignment's picking rate [1/min].
+    /// Mean over patterns of the best assignment's weighted rate [1/min].
     pub greedy: f64,
 }
 
@@ -51,8 +51,8 @@ impl<'a> Trial<'a> {
         let tree = AssignmentTree::all(robots);
         let both = |scene: &Scene| {
             let mut best = 0.0f64;
-            tree.evaluate(scene, |_, figures| best = best.max(figures.picking_rate()))?;
-            Ok((simulate_rules(scene, robust)?.figures.picking_rate(), best))
+            tree.evaluate(scene, |_, figures| best = best.max(figures.weighted_rate()))?;
+            Ok((simulate_rules(scene, robust)?.figures.weighted_rate(), best))
         };
         let rates: Vec<(f64, f64)> = scenes.par_iter().map(both).collect::<Result<_>>()?;
         let (rules, best): (Vec<f64>, Vec<f64>) = rates.into_iter().unzip();
@@ -81,13 +81,13 @@ impl<'a> Trial<'a> {
         self.scenes.par_iter().map(run).collect()
     }
 
-    /// The network's mean picking rate [1/min].
+    /// The network's mean weighted rate [1/min].
     ///
     /// # Errors
     /// As for [`Trial::play`].
     pub fn rate(&self, network: &Network, parameters: &[f32], layout: Layout) -> Result<f64> {
         let figures = self.play(network, parameters, layout)?;
-        let rates: Vec<f64> = figures.iter().map(Figures::picking_rate).collect();
+        let rates: Vec<f64> = figures.iter().map(Figures::weighted_rate).collect();
         Ok(mean(&rates))
     }
 }

@@ -30,11 +30,11 @@ pub struct TrainingEvaluation {
     pub seconds: f64,
     /// What the network had learned from since the previous evaluation.
     pub after: Judged,
-    /// Mean picking rate on each trial [1/min].
+    /// Mean weighted rate on each trial [1/min].
     pub rates: Vec<f64>,
 }
 
-/// A mean picking rate as a share of greedy GT's (game theory).
+/// A mean weighted rate as a share of greedy GT's (game theory).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShareOfGreedy(pub f64);
 
@@ -54,7 +54,7 @@ struct BestNetwork {
     rates: Vec<f64>,
 }
 
-/// How the picking rate of the network developed over the training.
+/// How the weighted rate of the network developed over the training.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Curve {
@@ -64,7 +64,7 @@ pub struct Curve {
     pub evaluations: Vec<TrainingEvaluation>,
     /// The stations of the evaluation, as the user wrote them.
     pub stations: Vec<String>,
-    /// The picking rate of [SPT; FIFO] on each station, as a share of greedy GT's (game
+    /// The weighted rate of [SPT; FIFO] on each station, as a share of greedy GT's (game
     /// theory).
     pub robust: Vec<f64>,
     /// The evaluations by station.
@@ -77,7 +77,7 @@ pub struct Curve {
 pub struct CurvePoint {
     /// Decisions learned from: the expert's answers and the network's own steps.
     pub decisions: u64,
-    /// Mean picking rate on each station's cases, as a share of greedy GT's.
+    /// Mean weighted rate on each station's cases, as a share of greedy GT's.
     pub shares: Vec<f64>,
 }
 
@@ -117,7 +117,7 @@ pub struct Record {
     pub wall_time_s: f64,
     /// All settings but the seed and the stations.
     pub plan: Plan,
-    /// Picking rates of the best network on each trial.
+    /// Weighted rates of the best network on each trial.
     pub trials: Vec<TrialRecord>,
 }
 
@@ -127,11 +127,11 @@ pub struct Record {
 pub struct TrialRecord {
     /// Station and case, as in tables.
     pub name: String,
-    /// Mean picking rate of [SPT; FIFO].
+    /// Mean weighted rate of [SPT; FIFO].
     pub robust: f64,
-    /// Mean picking rate of greedy GT.
+    /// Mean weighted rate of greedy GT.
     pub greedy: f64,
-    /// Mean picking rate of the exported network.
+    /// Mean weighted rate of the exported network.
     pub policy: f64,
 }
 
