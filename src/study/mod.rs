@@ -34,6 +34,7 @@ mod robots_down;
 mod robust;
 mod simulate;
 mod sweep;
+mod sweep_options;
 #[cfg(feature = "onnx")]
 mod train;
 mod values;
@@ -53,7 +54,8 @@ pub use robots_down::{
 };
 pub use robust::RobustTraining;
 pub use simulate::{SimulateOptions, SimulateStudy, SimulatedRun, simulate_and_check};
-pub use sweep::{DEFAULT_GRID, SweepOptions, SweepSettings, SweepStudy, Swept, sweep};
+pub use sweep::{SweepStudy, Swept, sweep};
+pub use sweep_options::{DEFAULT_GRID, SweepOptions, SweepSettings};
 #[cfg(feature = "onnx")]
 pub use train::{
     SavedTraining, TrainOptions, TrainStudy, TrainedPolicy, TrainingEvent, TrainingLine, train,

@@ -5,7 +5,7 @@ use super::notes::{Note, RobustNote, RobustScope, condition_notes};
 use super::options::{MethodSettings, StudyOptions};
 use super::patterns::ScoredPatterns;
 use super::robust::{LineSearch, RobustTraining};
-use super::sweep::DEFAULT_GRID;
+use super::sweep_options::DEFAULT_GRID;
 use super::values::{self, LineAt};
 use crate::error::Result;
 use crate::experiment::{Method, RobotsDown, halt_each_robot};
