@@ -24,6 +24,15 @@ function fillLine() {
   document.title = `${line.station} - pickline`;
 }
 
+const leavesItems = () => seen.view?.status.unwanted !== undefined;
+
+function fillLegend() {
+  const reasons = ["passed_over", "busy", "grasp_failed", "not_found", "no_result", "unreachable"];
+  const colour = seen.line.robots[0].colour;
+  const scene = sceneLegend(colour, theme, reasons, leavesItems(), true, false);
+  byName("legend").replaceChildren(...scene);
+}
+
 /** Fits the drawing to the page and its colours to the page's colour scheme. */
 function layOut() {
   if (!seen.line) return;
@@ -33,8 +42,7 @@ function layOut() {
   frame = { view, ctx: sized(canvas, view.width, view.height) };
   trendFrame = { width: trend.clientWidth, ctx: sized(trend, trend.clientWidth, TREND_HEIGHT) };
   if (seen.view) drawTrend(trendFrame.ctx, trendFrame.width, seen.view.trend, theme);
-  const reasons = ["passed_over", "busy", "grasp_failed", "not_found", "no_result", "unreachable"];
-  byName("legend").replaceChildren(...sceneLegend(seen.line.robots[0].colour, theme, reasons, true, false));
+  fillLegend();
   draw();
 }
 
@@ -110,7 +118,9 @@ function heedLine(event) {
 }
 
 function heedView(event) {
+  const left = leavesItems();
   Object.assign(seen, { view: JSON.parse(event.data), came: performance.now() });
+  if (leavesItems() !== left) fillLegend();
   showTime(seen.view);
   showPanels(seen.line, seen.view, draw());
   if (trendFrame) drawTrend(trendFrame.ctx, trendFrame.width, seen.view.trend, theme);

@@ -21,8 +21,9 @@ const MISSED_WORDS = {
 };
 
 /** The entries for a station whose first robot has this colour. `reasons`: why items can be
- * missed; `faults`: robots can be out of service; `camera`: there is a camera. */
-function sceneLegend(colour, theme, reasons, faults, camera) {
+ * missed; `leaves`: some are left on purpose; `faults`: robots can be out of service; `camera`:
+ * there is a camera. */
+function sceneLegend(colour, theme, reasons, leaves, faults, camera) {
   const item = (words, fate, reason) =>
     entry(words, (ctx) =>
       drawItem(ctx, 11, 9, 4, { fate, reason }, fate === "claimed" ? colour : null, theme),
@@ -68,6 +69,7 @@ function sceneLegend(colour, theme, reasons, faults, camera) {
     item("claimed, in the robot's colour", "claimed"),
     carried,
     ...reasons.map((reason) => item(MISSED_WORDS[reason], "missed", reason)),
+    ...(leaves ? [item("left on the belt on purpose", "left")] : []),
     base("base of a robot", false),
     ...(faults ? [base("robot out of service", true)] : []),
     bin,

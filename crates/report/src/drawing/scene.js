@@ -249,8 +249,9 @@ function drawItem(ctx, x, y, radius, item, colour, theme) {
     drawMissed(ctx, x, y, radius, item.reason, theme);
     return;
   }
-  circle(ctx, x, y, radius);
-  ctx.fillStyle = colour ?? theme.item;
+  const isLeft = item.fate === "left";
+  circle(ctx, x, y, isLeft ? 0.55 * radius : radius);
+  ctx.fillStyle = colour ?? (isLeft ? theme.faint : theme.item);
   ctx.fill();
   if (item.fate === "claimed") {
     circle(ctx, x, y, radius + 3);

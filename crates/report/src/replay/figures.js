@@ -107,7 +107,9 @@ function fillLegends(run, theme) {
   const outages = run.report.downtimes !== undefined;
   const stopped = outages ? ["robot_down"] : [];
   const reasons = ["passed_over", "busy", ...stopped, ...sometimes, "unreachable"];
-  byName("legend").replaceChildren(...sceneLegend(colour, theme, reasons, outages, run.camera !== undefined));
+  const leaves = Boolean(run.report.unwanted);
+  const scene = sceneLegend(colour, theme, reasons, leaves, outages, run.camera !== undefined);
+  byName("legend").replaceChildren(...scene);
   const block = (words, alpha) =>
     entry(words, (ctx) => {
       ctx.globalAlpha = alpha;
