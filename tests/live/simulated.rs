@@ -3,7 +3,7 @@
 use crate::support::three::check_settled;
 use crate::trouble::all_troubles;
 use pickline::pattern::{ClassShares, Pattern, grid, poisson_disk, random_stream};
-use pickline::sim::{Scene, simulate};
+use pickline::sim::{Conditions, Scene, simulate};
 use pickline::station::{Station, built_in};
 use pickline::strategies::{Blueprint, read_alone};
 use pickline_live::emulator::{Emulator, InjectedFaults};
@@ -14,8 +14,10 @@ fn station(name: &str, robots: usize) -> Station {
     built_in(name).unwrap().station(Some(robots)).unwrap()
 }
 
-fn controller(station: &Station, strategy: &Blueprint) -> Controller {
-    let config = Config::default().with_clock(ClockKind::Messages);
+fn controller(station: &Station, strategy: &Blueprint, min_detection: f64) -> Controller {
+    let config = Config::default()
+        .with_clock(ClockKind::Messages)
+        .with_min_detection(min_detection);
     Controller::new(station.clone(), strategy.make(), config).unwrap()
 }
 
@@ -34,8 +36,19 @@ fn live(
     strategy: &Blueprint,
     trouble: InjectedFaults,
 ) -> Live {
+    live_above(station, pattern, strategy, trouble, 0.0)
+}
+
+/// The same, with items whose p_detection is below `min_detection` left on the belt.
+fn live_above(
+    station: &Station,
+    pattern: &Pattern,
+    strategy: &Blueprint,
+    trouble: InjectedFaults,
+    min_detection: f64,
+) -> Live {
     let mut emulator = Emulator::new(station.clone(), pattern.clone(), trouble).unwrap();
-    let mut controller = controller(station, strategy);
+    let mut controller = controller(station, strategy, min_detection);
     let (mut input, mut output) = (Vec::new(), Vec::new());
     let mut due = None;
     loop {
@@ -74,10 +87,17 @@ fn accounts(live: &Live, items: usize) {
 
 /// The tasks are the picks of the simulation, to the bit.
 fn equals_simulation(station: &Station, pattern: &Pattern, text: &str) {
+    equals_simulation_above(station, pattern, text, 0.0);
+}
+
+/// The same, with items whose p_detection is below `min_detection` left on the belt.
+fn equals_simulation_above(station: &Station, pattern: &Pattern, text: &str, min_detection: f64) {
     let strategy = read_alone(text, station.robots().len()).unwrap();
-    let scene = Scene::new(station, pattern).unwrap();
+    let conditions = Conditions::default().with_min_detection(min_detection);
+    let scene = Scene::under(station, pattern, conditions).unwrap();
     let outcome = simulate(&scene, strategy.make().as_mut()).unwrap();
-    let run = live(station, pattern, &strategy, InjectedFaults::default());
+    let faults = InjectedFaults::default();
+    let run = live_above(station, pattern, &strategy, faults, min_detection);
     accounts(&run, pattern.len());
     let tasks = run.output.iter().filter_map(|message| match message {
         Outgoing::Task(task) => Some(task),
@@ -124,7 +144,8 @@ fn equals_simulation(station: &Station, pattern: &Pattern, text: &str) {
     };
     let missed = run.status.missed;
     assert_eq!(missed.unreachable, count("unreachable"), "{text}");
-    let left = station.leaves_items().then_some(outcome.left.len() as u64);
+    let leaves = min_detection > 0.0 || station.leaves_items();
+    let left = leaves.then_some(outcome.left.len() as u64);
     assert_eq!(run.status.unwanted, left, "{text}");
     assert_eq!(run.status.picked_share, outcome.figures.picked_share());
     assert_eq!(missed.passed_over, count("passed_over"), "{text}");
@@ -149,6 +170,22 @@ fn real_lines_pick_what_the_simulator_picks() {
                 );
             }
             equals_simulation(&station, &pattern, "lookahead:budget=200");
+        }
+    }
+}
+
+/// Items that are too uncertain to be picked.
+#[test]
+fn uncertain_items_are_left_as_in_the_simulator() {
+    let station = station("paper", 2);
+    for pattern in patterns(&station, 60) {
+        let mut items = pattern.items().to_vec();
+        for (place, item) in items.iter_mut().enumerate() {
+            item.p_detection = (place % 5 > 0).then_some(0.2 * (place % 5) as f64);
+        }
+        let pattern = Pattern::new(items).unwrap();
+        for rules in ["SPT,FIFO", "PP,PP"] {
+            equals_simulation_above(&station, &pattern, rules, 0.5);
         }
     }
 }
@@ -241,7 +278,7 @@ fn a_recorded_stream_gives_the_same_output_to_the_bit() {
     let run = live(&station, pattern, &strategy, all_troubles(5));
     let text = |messages: &[Outgoing]| messages.iter().map(encode).collect::<String>();
     for _ in 0..2 {
-        let mut controller = controller(&station, &strategy);
+        let mut controller = controller(&station, &strategy, 0.0);
         for message in &run.input {
             controller.handle(message.clone()).unwrap();
         }

@@ -81,6 +81,31 @@ fn an_item_is_unwanted_by_the_class_that_is_known() {
     assert_eq!(line.task(2.0).item, "a");
 }
 
+/// A tracker may become surer of an item, or less sure.
+#[test]
+fn an_uncertain_item_is_left_until_the_camera_is_surer() {
+    let station = built_in("paper").unwrap().station(None).unwrap();
+    let strategy = read_alone("SPT,FIFO", 2).unwrap().make();
+    let config = Config::default()
+        .with_clock(ClockKind::Messages)
+        .with_min_detection(0.5);
+    let mut line = Line(Controller::new(station, strategy, config).unwrap());
+    line.say(r#""kind":"robot","stamp":0,"name":"r1","state":"idle""#);
+    let counts = |line: &mut Line| (line.status().unwanted, line.status().on_belt);
+    see(&mut line, 0.0, "a", 1.0, r#","p_detection":0.4"#);
+    see(&mut line, 0.0, "b", 0.8, r#","p_detection":0.5"#);
+    see(&mut line, 0.0, "c", 0.7, "");
+    assert_eq!(counts(&mut line), (Some(1), 2));
+    see(&mut line, 0.1, "a", 1.005, r#","p_detection":0.6"#);
+    see(&mut line, 0.1, "b", 0.805, r#","p_detection":0.1"#);
+    assert_eq!(counts(&mut line), (Some(1), 2));
+    let task = line.task(0.2);
+    assert_eq!(task.item, "a");
+    line.ack(0.2, task.id);
+    line.result(task.free_at, task.id, "PICKED");
+    assert_eq!(line.task(4.0).item, "c");
+}
+
 /// The dashboard shows them as what they are, and an idle arm beside the bin that it went to last.
 #[test]
 fn views_show_what_is_left_and_where_arms_wait() {

@@ -148,7 +148,8 @@ impl RunArgs {
             .with_camera_delay(self.camera_delay()?)
             .with_lead(lead_times(&self.lead, station)?)
             .with_may_stop_belt(self.may_stop_belt)
-            .with_stop_margin(self.stop_margin);
+            .with_stop_margin(self.stop_margin)
+            .with_min_detection(self.min_detection);
         config.check(station)?;
         let mut options = NodeOptions::default().with_config(config).with_origin(
             RunOrigin::default()

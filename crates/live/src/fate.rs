@@ -14,7 +14,8 @@ pub(crate) enum Fate {
     Claimed,
     /// It may still be picked.
     OnBelt,
-    /// It is left on the belt on purpose: its class is not wanted, or no robot has a bin for it.
+    /// It is left on the belt on purpose: its class is not wanted, no robot has a bin for it, or
+    /// its detection is too uncertain.
     Unwanted,
     /// No robot ever had a departure window for it.
     Unreachable,
@@ -32,7 +33,7 @@ pub(crate) enum Fate {
 
 impl Fate {
     /// The fate of an item; `is_past` is whether it has left the belt, and `is_taken` whether it is
-    /// wanted and some robot has a bin for it.
+    /// not left on purpose.
     pub(crate) fn of(tracked: &Tracked, is_past: bool, is_taken: bool) -> Self {
         match tracked.state {
             ItemState::Picked(_) => Self::Picked,

@@ -105,6 +105,12 @@ impl Features {
         }
     }
 
+    /// Whether the item is left on the belt where it must be real with at least the probability
+    /// `least`.
+    pub(crate) fn is_too_uncertain(&self, least: f64) -> bool {
+        self.odds().detection < least
+    }
+
     fn item(&self) -> Item {
         Item {
             area_cm2: self.area_cm2,

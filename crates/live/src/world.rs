@@ -32,14 +32,17 @@ pub(crate) struct World {
     motion: BeltMotion,
     items: Items,
     windows: Vec<Windows>,
+    /// Items that are real with a smaller probability are left.
+    min_detection: f64,
     /// Whether the belt must be heard before anything is done, because it may have stopped in the
     /// meantime.
     awaits_belt: bool,
 }
 
 impl World {
-    /// An empty belt with the speed in the station's file.
-    pub(crate) fn new(station: Station) -> Self {
+    /// An empty belt with the speed in the station's file, and with `min_detection` as in
+    /// [`Config`](super::controller::Config).
+    pub(crate) fn new(station: Station, min_detection: f64) -> Self {
         let motion = BeltMotion::new(station.belt().speed);
         Self {
             planning: Some(station.clone()),
@@ -47,14 +50,15 @@ impl World {
             nominal: station,
             motion,
             items: Items::default(),
+            min_detection,
             awaits_belt: false,
         }
     }
 
-    /// Restores the belt and its items. If the belt was ever heard, it must be heard again before
+    /// The same line with this belt and these items. If the belt was ever heard, it must be heard again before
     /// anything is done.
-    pub(crate) fn restore(station: Station, motion: Option<BeltMotion>, items: Items) -> Self {
-        let mut world = Self::new(station);
+    pub(crate) fn restored(&self, motion: Option<BeltMotion>, items: Items) -> Self {
+        let mut world = Self::new(self.nominal.clone(), self.min_detection);
         world.motion = motion.unwrap_or(world.motion);
         world.items = items;
         world.awaits_belt = world.motion.is_heard();
@@ -70,6 +74,17 @@ impl World {
     /// The station with the planned belt speed; none while no robot can work.
     pub(crate) fn planning(&self) -> Option<&Station> {
         self.planning.as_ref()
+    }
+
+    /// Whether items are left on the belt on purpose.
+    pub(crate) fn leaves_items(&self) -> bool {
+        self.min_detection > 0.0 || self.nominal.leaves_items()
+    }
+
+    /// Whether an item is to be picked, and not left on purpose.
+    fn is_taken(&self, tracked: &Tracked) -> bool {
+        let class = self.nominal.class_id(tracked.features.class.as_deref());
+        self.nominal.takes(class) && !tracked.features.is_too_uncertain(self.min_detection)
     }
 
     /// The belt's motion.
@@ -148,7 +163,7 @@ impl World {
         let (Some(station), Some(tracked)) = (&self.planning, self.items.get(item)) else {
             return;
         };
-        if tracked.state != ItemState::Free {
+        if tracked.state != ItemState::Free || !self.is_taken(tracked) {
             return;
         }
         let mut windowed = tracked.windowed;
@@ -156,7 +171,7 @@ impl World {
         let class = station.class_id(tracked.features.class.as_deref());
         for index in robots {
             let robot = &station.robots()[index];
-            if tracked.refused & (1 << index) != 0 || !station.takes(class) {
+            if tracked.refused & (1 << index) != 0 {
                 continue;
             }
             let Some(bin) = station.bin_for(index, class) else {
@@ -250,7 +265,7 @@ impl World {
             let x0 = tracked.place + offset;
             let x = x0 + belt.speed * now;
             let class = station.class_id(tracked.features.class.as_deref());
-            let is_offered = tracked.is_admitted() && station.takes(class);
+            let is_offered = tracked.is_admitted() && self.is_taken(tracked);
             if is_offered && (from..=belt.length).contains(&x) {
                 into.push(BeltItem {
                     item,
@@ -359,9 +374,11 @@ impl World {
 
     /// The fate of an item at `x` [m].
     pub(crate) fn fate(&self, tracked: &Tracked, x: f64) -> Fate {
-        let station = &self.nominal;
-        let class = station.class_id(tracked.features.class.as_deref());
-        Fate::of(tracked, x > station.belt().length, station.takes(class))
+        Fate::of(
+            tracked,
+            x > self.nominal.belt().length,
+            self.is_taken(tracked),
+        )
     }
 
     /// Forgets the items that have left the belt at `now` [s], so that memory does not grow.

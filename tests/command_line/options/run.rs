@@ -199,6 +199,15 @@ pub const ROWS: &[Row] = &[
         assert_near(asked(""), 3.0 - 0.5);
         assert_near(asked("--stop-margin 1.5"), 3.0 - 1.5);
     }),
+    row(&RUN, "--min-detection", |rig, _| {
+        let doubtful = SEEN.replace(r#""y":0"#, r#""y":0,"p_detection":0.6"#);
+        let tasks = |least: &str| {
+            let call = format!("{PLAIN} --min-detection {least}");
+            let found = said(rig, &call, &[BELT, IDLE, &doubtful, &tick(6.0)]);
+            found.iter().filter(|m| m["kind"] == "task").count()
+        };
+        assert_eq!([tasks("0.6"), tasks("0.61")], [1, 0]);
+    }),
     row(&RUN, "--status-every", |rig, _| {
         let stamps = |every: &str| {
             let call = PLAIN.replace("--status-every 0", every);

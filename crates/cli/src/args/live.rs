@@ -173,6 +173,16 @@ pub(crate) struct RunArgs {
         allow_negative_numbers = true
     )]
     pub stop_margin: f64,
+    /// Leave items with a p_detection below P on the belt; those without one count as certain
+    /// [default: 0, all are picked]
+    #[arg(
+        long,
+        value_name = "P",
+        default_value_t = 0.0,
+        hide_default_value = true,
+        allow_negative_numbers = true
+    )]
+    pub min_detection: f64,
     /// Send a status at this interval [s]; 0 sends only the last one
     #[arg(
         long,

@@ -23,6 +23,9 @@ pub struct Config {
     /// With message time, the interval of statuses [s]; 0 is never. With the system clock the
     /// caller requests them.
     pub status_every: f64,
+    /// Items that are real with a smaller probability, as the camera says it, are left on the belt;
+    /// those of which it says nothing are certain.
+    pub min_detection: f64,
     /// The strategy sees items from this x on [m]; a robot may leave for an item before that.
     pub view_from: f64,
     /// Times of silence after which the belt or a robot is no longer relied on.
@@ -50,6 +53,7 @@ impl Default for Config {
             most_attempts: 3,
             most_items: 100_000,
             status_every: 0.0,
+            min_detection: 0.0,
             view_from: 0.0,
             timeouts: Timeouts::default(),
             camera_delay: 0.0,
@@ -107,6 +111,13 @@ impl Config {
     #[must_use]
     pub fn with_status_every(mut self, status_every: f64) -> Self {
         self.status_every = status_every;
+        self
+    }
+
+    /// With items left on the belt that are real with a smaller probability.
+    #[must_use]
+    pub fn with_min_detection(mut self, min_detection: f64) -> Self {
+        self.min_detection = min_detection;
         self
     }
 
@@ -173,6 +184,7 @@ mod tests {
             most_attempts: 3,
             most_items: 100_000,
             status_every: 0.0,
+            min_detection: 0.0,
             view_from: 0.0,
             timeouts: Timeouts {
                 belt: None,

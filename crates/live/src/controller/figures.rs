@@ -42,7 +42,7 @@ impl Controller {
             missed,
             on_belt,
             claimed,
-            unwanted: self.station().leaves_items().then_some(unwanted),
+            unwanted: self.world.leaves_items().then_some(unwanted),
             open_tasks: self.tasks.holding().map(|claim| claim.task).collect(),
             queued,
             rejected: self.tally.rejected(),

@@ -118,7 +118,7 @@ impl Controller {
             layout: layout_hash(&station),
             fleet: Fleet::new(station.robots().len()),
             doubts: Doubts::new(&station),
-            world: World::new(station),
+            world: World::new(station, config.min_detection),
             tasks: Tasks::default(),
             stamps: Stamps::new(Clock::new(config.clock)),
             tally: Tally::default(),

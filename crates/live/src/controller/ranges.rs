@@ -42,6 +42,7 @@ impl Config {
             let unit = "s, or 0 for only the last one";
             check_range("'status_every'", self.status_every, least..=1e6, unit)?;
         }
+        check_range("'min_detection'", self.min_detection, 0.0..=1.0, "")?;
         check_range("'stop_margin'", self.stop_margin, 0.0..=1e3, "s")?;
         // These have no flag, so they are named by their fields.
         check_range("view_from", self.view_from, -1e6..=1e6, "m")?;
@@ -114,7 +115,7 @@ fn check_range(setting: &str, value: f64, range: RangeInclusive<f64>, unit: &str
     Err(Error::usage(
         setting,
         format!("{} is out of range", shown_number(value)),
-        format!("give {low} to {high} {unit}"),
+        format!("give {low} to {high} {unit}").trim_end(),
     ))
 }
 
@@ -167,6 +168,7 @@ mod tests {
             messages(0.1),
             plain().with_lead(vec![60.0, 0.0]),
             plain().with_stop_margin(1e3),
+            plain().with_min_detection(1.0),
         ] {
             config.check(&station()).unwrap();
         }
@@ -209,6 +211,10 @@ mod tests {
             (
                 plain().with_stop_margin(-0.1),
                 "'stop_margin': -0.1 is out of range\n  cure: give 0 to 1000 s",
+            ),
+            (
+                plain().with_min_detection(1.1),
+                "'min_detection': 1.1 is out of range\n  cure: give 0 to 1",
             ),
             (
                 plain().with_view_from(f64::NAN),

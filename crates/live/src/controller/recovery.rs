@@ -8,7 +8,6 @@ use crate::items::Items;
 use crate::stamps::Stamps;
 use crate::state::{Counters, LineState, StateChange};
 use crate::tasks::Tasks;
-use crate::world::World;
 use pickline::decision::Strategy;
 use pickline::error::{Error, Result};
 use pickline::station::Station;
@@ -52,8 +51,7 @@ impl Controller {
         }
         controller.tasks = Tasks::restore(state.claims, state.past, state.counters.next_task);
         let items = Items::restore(state.items, state.counters.numbers);
-        let station = controller.world.station().clone();
-        controller.world = World::restore(station, state.motion, items);
+        controller.world = controller.world.restored(state.motion, items);
         controller.tally = state.counters.tally;
         controller.picture = Picture::restore(state.waiting);
         controller.operation = state.operation;

@@ -131,6 +131,9 @@ pub struct Heading {
     /// As [`Config::stop_margin`] [s].
     #[serde(default)]
     pub stop_margin: f64,
+    /// As [`Config::min_detection`].
+    #[serde(default)]
+    pub min_detection: f64,
     /// When a state was restored from a journal [s since 1970]; none with message time or without a
     /// journal.
     pub restored_at: Option<f64>,
@@ -163,6 +166,7 @@ impl Heading {
             lead: config.lead.clone(),
             may_stop_belt: config.may_stop_belt,
             stop_margin: config.stop_margin,
+            min_detection: config.min_detection,
             restored_at: None,
         }
     }
@@ -183,6 +187,7 @@ impl Heading {
             lead: self.lead.clone(),
             may_stop_belt: self.may_stop_belt,
             stop_margin: self.stop_margin,
+            min_detection: self.min_detection,
             ..Config::default()
         })
     }

@@ -80,16 +80,19 @@ impl World {
     }
 
     /// Adopts the features of an item from a detection. Returns what is new about its id, and
-    /// whether its weight has changed.
+    /// whether its windows have changed.
     fn hear_more(&mut self, item: u32, sight: &PlacedDetection, is_newer: bool) -> (IdNews, bool) {
         let news = self.items.sight(item, sight, is_newer);
         let Some(tracked) = self.items.get_mut(item) else {
             return (news, false);
         };
         let class = tracked.features.class.clone();
+        let least = self.min_detection;
+        let was_uncertain = tracked.features.is_too_uncertain(least);
         tracked.features.take(sight.features.clone(), is_newer);
         let another_class = class != tracked.features.class;
-        let weighs = self.weigh(item);
+        let is_uncertain = tracked.features.is_too_uncertain(least);
+        let weighs = self.weigh(item) || is_uncertain != was_uncertain;
         // The class may decide which robots can take it, and into which bin.
         (news, weighs || (another_class && !self.nominal.is_plain()))
     }
