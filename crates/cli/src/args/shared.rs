@@ -1,6 +1,7 @@
 //! The arguments that several verbs share.
 
 use clap::{Args, ValueEnum};
+use pickline::station::BUILT_INS;
 use std::path::PathBuf;
 
 /// How results are printed.
@@ -18,8 +19,7 @@ pub(crate) enum OutputFormat {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Station")]
 pub(crate) struct StationChoice {
-    /// Station file (TOML), or a built-in: paper, paper-narrow
-    #[arg(long, value_name = "FILE|NAME", default_value = "paper")]
+    #[arg(long, value_name = "FILE|NAME", default_value = "paper", help = station_help())]
     pub station: String,
     /// Number of robots; needs a built-in station or a station file with a [line] table
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
@@ -142,6 +142,12 @@ pub(crate) struct PatternSetArgs {
     pub feed: FeedArgs,
     #[command(flatten)]
     pub attributes: AttributeArgs,
+}
+
+/// The help text of an argument that takes a station.
+fn station_help() -> String {
+    let names: Vec<&str> = BUILT_INS.iter().map(|station| station.name).collect();
+    format!("Station file (TOML), or a built-in: {}", names.join(", "))
 }
 
 /// The help text of an argument that takes a strategy: `what`, all strategy forms, then
