@@ -1,0 +1,643 @@
+"""Robots: they carry out tasks and report the results."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import time
+from collections import OrderedDict, deque
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Self, Union
+
+from .errors import BadMessage, Closed, LineError, Overflow, ResultsLost, TaskDropped, Unfinished
+from .messages import (
+    Ack,
+    BeltState,
+    Cancel,
+    FromNode,
+    Point,
+    Report,
+    RobotState,
+    RobotStatus,
+    Role,
+    Status,
+    Task,
+    ToNode,
+    Verdict,
+)
+from .peer import News, Peer, log
+
+__all__ = ["Robot", "Work"]
+
+CLOCK_CHECK = 0.5
+"""A wait for a moment by the clock looks at the clock at least this often [s]: it may be set."""
+
+MOST_RESULTS = 10_000
+"""Results that are kept: a node that has missed one sends its task again."""
+
+MOST_UNDELIVERED = 1000
+"""Results that may wait for a connection. A node that is away gives no tasks, so they stay few."""
+
+CONFIRMING = 2
+"""A result has arrived if so many later statuses do not list its task as open."""
+
+REPEATING = 5
+"""A result is sent again if so many later statuses list its task as open: it was lost behind the
+connection, in a broker or in a node that was killed."""
+
+USEFUL = 180.0
+"""The node does not take a result for longer than this [s], so that it need not be kept as
+undelivered."""
+
+OLDEST = 50.0
+"""A report with an older timestamp [s] is sent with the present one: the node refuses those of a
+minute ago."""
+
+SLACK = 1e-3
+"""A task may be taken this long after its `latest_start` [s]: clocks have a resolution."""
+
+DECIDED_AGAIN = 1.0
+"""A known task number that was decided this much later [s] is that of another task."""
+
+Place = Union[Point, tuple[float, float]]
+
+
+@dataclass
+class _Done:
+    """A task that is over."""
+
+    report: Report
+    task: Task | None
+    # When it was handed to the present connection, by the steady clock [s]; none if it was not.
+    written: float | None = None
+    # Statuses since then that did not list, or did list, its task.
+    without: int = 0
+    listed: int = 0
+
+
+class Work:
+    """A task in the hands of the program. Each ends with exactly one result: `picked`,
+    `grasp_failed`, `missed`, `rejected` or `dropped`.
+
+    Attributes:
+        task: The task with its present times. The node may change them until the robot meets the
+            item.
+        cancel: The node's wish that the task is dropped; none so far.
+        result: The result; none so far.
+    """
+
+    def __init__(self, robot: Robot, task: Task) -> None:
+        self._robot = robot
+        self.task = task
+        self.cancel: Cancel | None = None
+        self.result: Verdict | None = None
+        self._is_taken = False
+        # Whether the node that gave it has forgotten it.
+        self._is_orphan = False
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the node waits for its result."""
+        return self.result is None and not self._is_orphan
+
+    @property
+    def is_cancelled(self) -> bool:
+        """Whether the node wants the task dropped. Then answer with `dropped`, or with the actual
+        result if it was too late."""
+        return self.cancel is not None
+
+    async def until(self, moment: str) -> None:
+        """Waits for a moment of the task: `start`, `meet_at` or `free_at`. If the node changes the
+        times meanwhile, it waits for the new one.
+
+        Raises:
+            TaskDropped: The node wants the task dropped.
+        """
+        if moment not in ("earliest_start", "start", "latest_start", "meet_at", "free_at"):
+            raise BadMessage("`moment`", f"there is no `{moment}`", "give start, meet_at or free_at")
+        while True:
+            self.check()
+            left = getattr(self.task, moment) - self._robot.clock()
+            if left <= 0:
+                return
+            await self._change(min(left, CLOCK_CHECK))
+
+    async def changed(self) -> Task:
+        """Waits until the node changes the task, and returns it.
+
+        Raises:
+            TaskDropped: The node wants it dropped.
+        """
+        before = self.task
+        while self.task is before:
+            self.check()
+            self._robot._check_open()
+            await self._change(None)
+        return self.task
+
+    async def cancelled(self) -> Cancel:
+        """Waits until the node wants the task dropped."""
+        while self.cancel is None:
+            self._robot._check_open()
+            await self._change(None)
+        return self.cancel
+
+    async def _change(self, timeout: float | None) -> None:
+        """Waits until the task changes, is cancelled, or some time [s] has passed."""
+        task, cancel = self.task, self.cancel
+        robot = self._robot
+        was_open = robot.is_open
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(timeout):
+                await robot._changes.until(
+                    lambda: self.task is not task
+                    or self.cancel is not cancel
+                    or robot.is_open is not was_open
+                )
+
+    def check(self) -> None:
+        """Raises `TaskDropped` if the node wants the task dropped."""
+        if self.cancel is not None:
+            cure = "go back and report `dropped`, or the actual result if it was too late"
+            raise TaskDropped(f"task {self.task.id}", f"cancelled: {self.cancel.reason}", cure)
+
+    def picked(self, *, available_at: float | None = None, found: Place | None = None) -> None:
+        """The item is in the bin."""
+        self.finish(Verdict.PICKED, available_at=available_at, found=found)
+
+    def grasp_failed(self, *, available_at: float | None = None, found: Place | None = None) -> None:
+        """The grasp failed; the item is still on the belt."""
+        self.finish(Verdict.GRASP_FAIL, available_at=available_at, found=found)
+
+    def missed(self, *, available_at: float | None = None, found: Place | None = None) -> None:
+        """The robot came too late, or did not find the item."""
+        self.finish(Verdict.MISSED, available_at=available_at, found=found)
+
+    def rejected(self, *, available_at: float | None = None) -> None:
+        """The robot refuses the task; the item is not offered to it again."""
+        self.finish(Verdict.REJECTED, available_at=available_at)
+
+    def dropped(self, *, available_at: float | None = None) -> None:
+        """The robot has dropped the task: because the node wants it, or for its own reasons."""
+        self.finish(Verdict.CANCELLED, available_at=available_at)
+
+    def finish(
+        self, verdict: Verdict, *, available_at: float | None = None, found: Place | None = None
+    ) -> None:
+        """Reports the result. It is kept, and sent again over the next connection if this one is
+        lost, until the node shows that it has it.
+
+        Args:
+            verdict: The result. `PICKED` may follow another one, as its correction.
+            available_at: When the robot can set out next [s]; by default now.
+            found: Where the item would have been at `meet_at` if it had stayed on the belt,
+                according to the robot [m].
+
+        Raises:
+            LineError: The task has another result.
+            Overflow: Too many results wait for a connection.
+        """
+        self._robot._finish(self, verdict, available_at, found)
+
+    def __repr__(self) -> str:
+        state = self.result or ("cancelled" if self.cancel else "open")
+        return f"<Work on task {self.task.id}, item {self.task.item!r}, {state}>"
+
+
+Handler = Callable[[Work], Awaitable["Verdict | None"]]
+
+
+class Robot(Peer):
+    """The controller of a robot.
+
+        async with Robot("127.0.0.1:7400", "r1") as robot:
+            async for work in robot:
+                await arm.pick(work.task.meet, work.task.meet_at)
+                work.picked()
+
+    The robot is `idle` for the node while the program waits for the next task, and `busy`
+    otherwise, until `fault` is called. A task is acknowledged when the program takes it. One that
+    comes again is not carried out again: new times are adopted, and a result that the node has
+    missed is sent again. A task whose `latest_start` has passed when the program could take it is
+    rejected.
+
+    Args:
+        address: As for `Peer`, as are the options.
+        robot: The robot's name in the node's station file.
+        name: The name of the controller; by default the robot's.
+        heartbeat: The robot's state is told after this time at the latest [s]. The node regards a
+            robot as silent after ten times this, and at least a second.
+    """
+
+    role: ClassVar[Role] = Role.ROBOT
+
+    def __init__(
+        self,
+        address: str,
+        robot: str,
+        *,
+        name: str | None = None,
+        heartbeat: float = 0.5,
+        **options: Any,
+    ) -> None:
+        self.robot = robot
+        super().__init__(address, robot if name is None else name, **options)
+        if not 0 < heartbeat <= 60:
+            raise BadMessage("`heartbeat`", f"{heartbeat} is out of range", "give more than 0 s, up to 60 s")
+        self._heartbeat = heartbeat
+        self._changes = News()
+        self._waiting: deque[Work] = deque()
+        self._work: Work | None = None
+        self._done: OrderedDict[int, _Done] = OrderedDict()
+        self._undelivered: dict[int, _Done] = {}
+        self._last_task: int | None = None
+        self._left: dict[int, str] | None = None
+        self._available_at: float | None = None
+        self._fault: str | None = None
+        self._takes_tasks = False
+        self._is_iterated = False
+        self._before: Status | None = None
+
+    def _robots(self) -> tuple[str, ...]:
+        return (self.robot,)
+
+    # What the program sees.
+
+    @property
+    def work(self) -> Work | None:
+        """The task in hand."""
+        return self._work
+
+    @property
+    def undelivered(self) -> dict[int, Verdict]:
+        """Results that the node has not shown to have, by task."""
+        return {task: done.report.result for task, done in self._undelivered.items()}
+
+    def __aiter__(self) -> Self:
+        return self
+
+    async def __anext__(self) -> Work:
+        """The next task. Ends when the robot is closed.
+
+        Raises:
+            Unfinished: The task before has no result yet.
+            Refused: The node does not let this controller in any more.
+        """
+        if self._is_iterated:
+            raise LineError(self._place, "its tasks are taken twice", "take them in one place")
+        self._is_iterated = True
+        try:
+            while True:
+                self._check_unfinished()
+                work = self._next_work()
+                if work is not None:
+                    return work
+                if not self._takes_tasks and self._fault is None:
+                    self._takes_tasks = True
+                    self._say_state()
+                await self._until(
+                    lambda: (self._waiting and self._fault is None)
+                    or (self._fault is None and not self._takes_tasks)
+                )
+        except Closed:
+            raise StopAsyncIteration from None
+        finally:
+            self._is_iterated = False
+            was_idle, self._takes_tasks = self._takes_tasks, False
+            if was_idle and not self._is_working():
+                # The caller was cancelled.
+                self._say_state()
+
+    def _check_unfinished(self) -> None:
+        work = self._work
+        if work is not None and work.result is None:
+            if self._fault is not None:
+                # The node has taken the task back. If the item got into the bin after all, the
+                # program can still say so.
+                return
+            problem = f"task {work.task.id} has no result"
+            cure = "call one of its picked, grasp_failed, missed, rejected and dropped first"
+            raise Unfinished(self._place, problem, cure)
+
+    def _next_work(self) -> Work | None:
+        if self._fault is not None:
+            return None
+        self._check_open()
+        while self._waiting:
+            work = self._waiting.popleft()
+            if not work.is_open:
+                continue
+            now = self.clock()
+            if now > work.task.latest_start + SLACK:
+                self._conclude(Report(now, work.task.id, Verdict.REJECTED), work)
+                continue
+            work._is_taken = True
+            self._work, self._last_task = work, work.task.id
+            self._available_at = None
+            self._push(Ack(now, work.task.id))
+            return work
+        return None
+
+    async def run(self, handler: Handler) -> None:
+        """Carries out tasks with `handler` until the robot is closed.
+
+        Args:
+            handler: A coroutine function that is given the `Work`. It returns the result, or calls
+                one of the work's methods. If `TaskDropped` leaves it, the task is reported as
+                `dropped`. If another exception does, the robot reports `fault`, because nobody
+                knows where it and the item are, and the exception is raised.
+        """
+        async for work in self:
+            try:
+                verdict = await handler(work)
+            except TaskDropped:
+                if work.result is None:
+                    work.dropped()
+                continue
+            except BaseException as error:
+                if isinstance(error, Exception) or work.result is None:
+                    self.fault(repr(error))
+                raise
+            if verdict is not None and verdict != work.result:
+                work.finish(verdict)
+
+    def fault(self, reason: str = "") -> None:
+        """The robot is out of service until `ready` is called. Its items return to the others, but
+        not one that it may be holding."""
+        if self._fault is None:
+            self._fault = reason or "fault"
+            self._takes_tasks = False
+            log.warning("%s: out of service: %s", self._place, self._fault)
+        self._say_state()
+
+    def ready(self) -> None:
+        """The robot is in service again, at its bin."""
+        if self._fault is not None:
+            self._fault = None
+            if self._work is not None and self._work.result is None:
+                # The node takes it back when it hears of the fault, which it may not have done.
+                now = self.clock()
+                self._conclude(Report(now, self._work.task.id, Verdict.CANCELLED), None)
+                self._work = None
+            log.warning("%s: in service again", self._place)
+        self._say_state()
+        self._news.tell()
+
+    async def report_belt(
+        self, speed: float, position: float | None = None, stamp: float | None = None
+    ) -> None:
+        """Reports how the belt moves, for a controller that has the encoder; see `Belt.report`."""
+        self._check_open()
+        self._check_room(1, MOST_UNDELIVERED)
+        stamp = self.clock() if stamp is None else stamp
+        self._push(BeltState(stamp, speed, position, self.name))
+        await asyncio.sleep(0)
+
+    async def settle(self, timeout: float = 10.0) -> None:
+        """Waits until the node has shown that it has all results. It shows that in its statuses.
+
+        Raises:
+            Overflow: It did not within `timeout` [s].
+        """
+        try:
+            async with asyncio.timeout(timeout):
+                await self._until(lambda: not self._undelivered)
+        except TimeoutError:
+            problem = f"{len(self._undelivered)} results are not confirmed after {timeout:g} s"
+            raise Overflow(self._place, problem, "see `last_trouble`") from self.last_trouble
+
+    # What the node sees.
+
+    def _state(self) -> RobotStatus:
+        now = self.clock()
+        state, available_at = RobotState.BUSY, None
+        if self._fault is not None:
+            state = RobotState.FAULT
+        elif self._is_working():
+            pass
+        elif self._takes_tasks:
+            state = RobotState.IDLE
+            if self._available_at is not None and self._available_at > now:
+                # An `idle` without this would end the wait that the result has announced.
+                state, available_at = RobotState.BUSY, self._available_at
+        return RobotStatus(now, self.robot, state, available_at, self._last_task)
+
+    def _is_working(self) -> bool:
+        has_work = self._work is not None and self._work.result is None
+        return has_work or any(work.is_open for work in self._waiting)
+
+    def _say_state(self) -> None:
+        self._push(self._state())
+
+    async def _background(self) -> None:
+        while True:
+            await asyncio.sleep(self._heartbeat)
+            self._say_state()
+
+    def _greeting(self) -> list[ToNode]:
+        self._forget_old()
+        messages: list[ToNode] = [self._fresh(done.report) for done in self._undelivered.values()]
+        # After the results: a state that is older than a result says nothing.
+        messages.append(self._state())
+        return messages
+
+    def _fresh(self, report: Report) -> Report:
+        now = self.clock()
+        if now - report.stamp <= OLDEST:
+            return report
+        return replace(report, stamp=now, available_at=None)
+
+    def _lost(self) -> None:
+        for done in self._undelivered.values():
+            done.written, done.without, done.listed = None, 0, 0
+
+    def _sent(self, messages: list[ToNode]) -> None:
+        for message in messages:
+            if isinstance(message, Report) and message.task in self._undelivered:
+                done = self._undelivered[message.task]
+                done.written, done.without, done.listed = time.monotonic(), 0, 0
+
+    def _hear(self, message: FromNode) -> None:
+        if isinstance(message, Status):
+            self._hear_status(message)
+        elif isinstance(message, Task) and message.robot == self.robot:
+            self._hear_task(message)
+        elif isinstance(message, Cancel) and message.robot == self.robot:
+            self._hear_cancel(message)
+
+    def _hear_task(self, task: Task) -> None:
+        done = self._done.get(task.id)
+        if done is not None:
+            if not _is_another(done, task):
+                # The node has not received the result.
+                self._send_again(done)
+                return
+            self._forget_task(task.id)
+        work = self._known_work(task.id)
+        if work is not None and _is_other_task(work.task, task):
+            self._forget_task(task.id)
+            work = None
+        if work is not None:
+            # MQTT may deliver an older revision after a newer one.
+            if task.revision > work.task.revision:
+                work.task = task
+                self._changes.tell()
+            if work._is_taken:
+                self._push(Ack(self.clock(), task.id))
+            return
+        self._waiting.append(Work(self, task))
+
+    def _known_work(self, task: int) -> Work | None:
+        for work in (self._work, *self._waiting):
+            if work is not None and work.task.id == task and work.is_open:
+                return work
+        return None
+
+    def _hear_cancel(self, cancel: Cancel) -> None:
+        done = self._done.get(cancel.task)
+        if done is not None:
+            self._send_again(done)
+            return
+        work = self._known_work(cancel.task)
+        if work is None or not work._is_taken:
+            # It was not begun, or is not known: perhaps it was given up in a fault.
+            if work is not None:
+                work.cancel = cancel
+            self._conclude(Report(self.clock(), cancel.task, Verdict.CANCELLED), work)
+        elif self._fault is not None:
+            work.cancel = cancel
+            self._changes.tell()
+            self._conclude(Report(self.clock(), cancel.task, Verdict.CANCELLED), None)
+        elif work.cancel is None:
+            work.cancel = cancel
+            self._changes.tell()
+
+    def _hear_status(self, status: Status) -> None:
+        before, self._before = self._before, status
+        if before is not None and status.picked < before.picked and status.stamp > before.stamp:
+            # What it does not know of, it does not ask for, and the numbers may mean other tasks.
+            # If it still knows an earlier task, it sends it again, and is answered.
+            self._undelivered.clear()
+            self._tell_started_over()
+        is_open = set(status.open_tasks)
+        for task, done in list(self._undelivered.items()):
+            if done.written is None:
+                continue
+            if task not in is_open:
+                done.without += 1
+                if done.without >= CONFIRMING:
+                    self._deliver(task)
+                continue
+            done.without = 0
+            done.listed += 1
+            if done.listed % REPEATING == 0:
+                self._send_again(done)
+        self._forget_old()
+
+    def _forget_old(self) -> None:
+        """Takes results as delivered that the node would not take any more. Without statuses nothing
+        else shows that it has them."""
+        now = time.monotonic()
+        for task, done in list(self._undelivered.items()):
+            if done.written is not None and now - done.written > USEFUL:
+                self._deliver(task)
+
+    def _deliver(self, task: int) -> None:
+        del self._undelivered[task]
+
+    def _send_again(self, done: _Done) -> None:
+        self._undelivered[done.report.task] = done
+        self._push(self._fresh(done.report))
+
+    def _forget_task(self, task: int) -> None:
+        """The node has begun anew, without its journal: this number means another task now."""
+        self._tell_started_over()
+        self._done.pop(task, None)
+        self._undelivered.pop(task, None)
+        for work in (self._work, *self._waiting):
+            if work is not None and work.task.id == task:
+                work._is_orphan = True
+        if self._last_task == task:
+            self._last_task = None
+
+    def _tell_started_over(self) -> None:
+        self._note(
+            "journal",
+            f"{self._place}: the node has started over, so earlier tasks are forgotten; "
+            "run it with --journal",
+        )
+
+    def _finish(
+        self, work: Work, verdict: Verdict, available_at: float | None, found: Place | None
+    ) -> None:
+        now = self.clock()
+        report = Report(now, work.task.id, verdict, available_at, found)  # type: ignore[arg-type]
+        if work.result is not None and (
+            work.result == report.result or report.result != Verdict.PICKED
+        ):
+            problem = f"it has the result {work.result}, and is given {report.result}"
+            raise LineError(f"task {work.task.id}", problem, "report one result of each task")
+        if len(self._undelivered) >= MOST_UNDELIVERED:
+            problem = f"{len(self._undelivered)} results wait for a connection"
+            raise Overflow(self._place, problem, "see `last_trouble`") from self.last_trouble
+        self._conclude(report, work)
+        if work is self._work:
+            self._available_at = available_at
+
+    def _conclude(self, report: Report, work: Work | None) -> None:
+        """Keeps a result and sends it."""
+        if work is not None:
+            work.result = report.result
+            if work._is_orphan:
+                # Its number means another task now.
+                self._news.tell()
+                return
+        self._last_task = report.task
+        done = _Done(report, None if work is None else work.task)
+        self._done[report.task] = done
+        self._done.move_to_end(report.task)
+        self._undelivered[report.task] = done
+        while len(self._done) > MOST_RESULTS:
+            self._done.popitem(last=False)
+        self._push(report)
+        self._news.tell()
+
+    # The end.
+
+    async def _farewell(self) -> None:
+        if self._is_working():
+            # The node need not wait for a result that will not come.
+            self.fault("the program ends with a task in hand")
+        await super()._farewell()
+
+        self._left = self._unwritten()
+
+    def _unwritten(self) -> dict[int, str]:
+        undelivered = self._undelivered.items()
+        return {task: str(done.report.result) for task, done in undelivered if done.written is None}
+
+    def _check_delivered(self) -> None:
+        left = self._unwritten() if self._left is None else self._left
+        if left:
+            known = ", ".join(f"{task}: {result}" for task, result in left.items())
+            problem = f"closed without a connection, so these results are lost: {known}"
+            raise ResultsLost(self._place, problem, "close the robot while the node is there", left)
+
+    def _ended(self) -> None:
+        self._changes.tell()
+
+
+def _is_other_task(known: Task, task: Task) -> bool:
+    """Whether a task of a known number is another one, of a node that has started over. Times of the
+    same task differ if a clock was set, and its item may have another name."""
+    moved = task.decided_at - known.decided_at > DECIDED_AGAIN
+    return moved and (task.revision <= known.revision or task.item != known.item)
+
+
+def _is_another(done: _Done, task: Task) -> bool:
+    """The same for a task that is over."""
+    if done.task is not None:
+        return _is_other_task(done.task, task)
+    return task.decided_at - done.report.stamp > DECIDED_AGAIN
+
