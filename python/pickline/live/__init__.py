@@ -53,7 +53,8 @@ from .messages import (
 )
 from .monitor import Monitor, Operator
 from .peer import Peer
-from .robot import Robot, Work
+from .robot import Robot
+from .work import Work
 
 __all__ = [
     "Ack",

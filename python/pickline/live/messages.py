@@ -22,7 +22,7 @@ from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, fields
 from enum import StrEnum
 from functools import cache
-from typing import Any, ClassVar, Union
+from typing import TYPE_CHECKING, Any, ClassVar, Union
 
 from .errors import BadMessage, BadReply
 
@@ -178,7 +178,7 @@ def _name(kind: str, name: str, value: object) -> str:
     return value
 
 
-def _word(kind: str, name: str, value: object, words: type[StrEnum]) -> Any:
+def _word(kind: str, name: str, value: Any, words: type[StrEnum]) -> Any:
     try:
         return words(value)
     except ValueError:
@@ -215,7 +215,10 @@ def _finite(kind: str, name: str, value: object, what: str) -> float:
 class _Checked:
     """Messages to the node: their values are checked and converted when they are made."""
 
-    kind: ClassVar[str]
+    if TYPE_CHECKING:
+
+        @property
+        def kind(self) -> str: ...
 
     def _check(self) -> None:
         raise NotImplementedError
@@ -327,7 +330,8 @@ def _data(kind: str, data: object) -> Mapping[str, Any]:
     if length > LONGEST_DATA:
         problem = f"it has {length} bytes as JSON"
         raise _wrong(kind, "data", problem, f"at most {LONGEST_DATA}: it goes into every task")
-    return json.loads(text)
+    copy: dict[str, Any] = json.loads(text)
+    return copy
 
 
 @dataclass(frozen=True)
@@ -875,7 +879,8 @@ def decode(line: bytes | str, place: str = "the node") -> FromNode | None:
     if cls is None:
         return None
     try:
-        return _make(cls, values)
+        message: FromNode = _make(cls, values)
+        return message
     except _Bad as error:
         raise bad(f"its `{kind}` has a wrong field: {error}") from None
 

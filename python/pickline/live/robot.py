@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
-import time
-from collections import OrderedDict, deque
+from collections import deque
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Self, Union
+from dataclasses import replace
+from typing import Any, ClassVar, Self
 
 from .errors import BadMessage, Closed, LineError, Overflow, ResultsLost, TaskDropped, Unfinished
 from .messages import (
@@ -16,7 +14,6 @@ from .messages import (
     BeltState,
     Cancel,
     FromNode,
-    Point,
     Report,
     RobotState,
     RobotStatus,
@@ -27,28 +24,13 @@ from .messages import (
     Verdict,
 )
 from .peer import News, Peer, log
+from .results import Done, Results, is_other_task
+from .work import Place, Work
 
-__all__ = ["Robot", "Work"]
-
-CLOCK_CHECK = 0.5
-"""A wait for a moment by the clock looks at the clock at least this often [s]: it may be set."""
-
-MOST_RESULTS = 10_000
-"""Results that are kept: a node that has missed one sends its task again."""
+__all__ = ["Robot"]
 
 MOST_UNDELIVERED = 1000
 """Results that may wait for a connection. A node that is away gives no tasks, so they stay few."""
-
-CONFIRMING = 2
-"""A result has arrived if so many later statuses do not list its task as open."""
-
-REPEATING = 5
-"""A result is sent again if so many later statuses list its task as open: it was lost behind the
-connection, in a broker or in a node that was killed."""
-
-USEFUL = 180.0
-"""The node does not take a result for longer than this [s], so that it need not be kept as
-undelivered."""
 
 OLDEST = 50.0
 """A report with an older timestamp [s] is sent with the present one: the node refuses those of a
@@ -56,154 +38,6 @@ minute ago."""
 
 SLACK = 1e-3
 """A task may be taken this long after its `latest_start` [s]: clocks have a resolution."""
-
-DECIDED_AGAIN = 1.0
-"""A known task number that was decided this much later [s] is that of another task."""
-
-Place = Union[Point, tuple[float, float]]
-
-
-@dataclass
-class _Done:
-    """A task that is over."""
-
-    report: Report
-    task: Task | None
-    # When it was handed to the present connection, by the steady clock [s]; none if it was not.
-    written: float | None = None
-    # Statuses since then that did not list, or did list, its task.
-    without: int = 0
-    listed: int = 0
-
-
-class Work:
-    """A task in the hands of the program. Each ends with exactly one result: `picked`,
-    `grasp_failed`, `missed`, `rejected` or `dropped`.
-
-    Attributes:
-        task: The task with its present times. The node may change them until the robot meets the
-            item.
-        cancel: The node's wish that the task is dropped; none so far.
-        result: The result; none so far.
-    """
-
-    def __init__(self, robot: Robot, task: Task) -> None:
-        self._robot = robot
-        self.task = task
-        self.cancel: Cancel | None = None
-        self.result: Verdict | None = None
-        self._is_taken = False
-        # Whether the node that gave it has forgotten it.
-        self._is_orphan = False
-
-    @property
-    def is_open(self) -> bool:
-        """Whether the node waits for its result."""
-        return self.result is None and not self._is_orphan
-
-    @property
-    def is_cancelled(self) -> bool:
-        """Whether the node wants the task dropped. Then answer with `dropped`, or with the actual
-        result if it was too late."""
-        return self.cancel is not None
-
-    async def until(self, moment: str) -> None:
-        """Waits for a moment of the task: `start`, `meet_at` or `free_at`. If the node changes the
-        times meanwhile, it waits for the new one.
-
-        Raises:
-            TaskDropped: The node wants the task dropped.
-        """
-        if moment not in ("earliest_start", "start", "latest_start", "meet_at", "free_at"):
-            raise BadMessage("`moment`", f"there is no `{moment}`", "give start, meet_at or free_at")
-        while True:
-            self.check()
-            left = getattr(self.task, moment) - self._robot.clock()
-            if left <= 0:
-                return
-            await self._change(min(left, CLOCK_CHECK))
-
-    async def changed(self) -> Task:
-        """Waits until the node changes the task, and returns it.
-
-        Raises:
-            TaskDropped: The node wants it dropped.
-        """
-        before = self.task
-        while self.task is before:
-            self.check()
-            self._robot._check_open()
-            await self._change(None)
-        return self.task
-
-    async def cancelled(self) -> Cancel:
-        """Waits until the node wants the task dropped."""
-        while self.cancel is None:
-            self._robot._check_open()
-            await self._change(None)
-        return self.cancel
-
-    async def _change(self, timeout: float | None) -> None:
-        """Waits until the task changes, is cancelled, or some time [s] has passed."""
-        task, cancel = self.task, self.cancel
-        robot = self._robot
-        was_open = robot.is_open
-        with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(timeout):
-                await robot._changes.until(
-                    lambda: self.task is not task
-                    or self.cancel is not cancel
-                    or robot.is_open is not was_open
-                )
-
-    def check(self) -> None:
-        """Raises `TaskDropped` if the node wants the task dropped."""
-        if self.cancel is not None:
-            cure = "go back and report `dropped`, or the actual result if it was too late"
-            raise TaskDropped(f"task {self.task.id}", f"cancelled: {self.cancel.reason}", cure)
-
-    def picked(self, *, available_at: float | None = None, found: Place | None = None) -> None:
-        """The item is in the bin."""
-        self.finish(Verdict.PICKED, available_at=available_at, found=found)
-
-    def grasp_failed(self, *, available_at: float | None = None, found: Place | None = None) -> None:
-        """The grasp failed; the item is still on the belt."""
-        self.finish(Verdict.GRASP_FAIL, available_at=available_at, found=found)
-
-    def missed(self, *, available_at: float | None = None, found: Place | None = None) -> None:
-        """The robot came too late, or did not find the item."""
-        self.finish(Verdict.MISSED, available_at=available_at, found=found)
-
-    def rejected(self, *, available_at: float | None = None) -> None:
-        """The robot refuses the task; the item is not offered to it again."""
-        self.finish(Verdict.REJECTED, available_at=available_at)
-
-    def dropped(self, *, available_at: float | None = None) -> None:
-        """The robot has dropped the task: because the node wants it, or for its own reasons."""
-        self.finish(Verdict.CANCELLED, available_at=available_at)
-
-    def finish(
-        self, verdict: Verdict, *, available_at: float | None = None, found: Place | None = None
-    ) -> None:
-        """Reports the result. It is kept, and sent again over the next connection if this one is
-        lost, until the node shows that it has it.
-
-        Args:
-            verdict: The result. `PICKED` may follow another one, as its correction.
-            available_at: When the robot can set out next [s]; by default now.
-            found: Where the item would have been at `meet_at` if it had stayed on the belt,
-                according to the robot [m].
-
-        Raises:
-            LineError: The task has another result.
-            Overflow: Too many results wait for a connection.
-        """
-        self._robot._finish(self, verdict, available_at, found)
-
-    def __repr__(self) -> str:
-        state = self.result or ("cancelled" if self.cancel else "open")
-        return f"<Work on task {self.task.id}, item {self.task.item!r}, {state}>"
-
 
 Handler = Callable[[Work], Awaitable["Verdict | None"]]
 
@@ -249,8 +83,7 @@ class Robot(Peer):
         self._changes = News()
         self._waiting: deque[Work] = deque()
         self._work: Work | None = None
-        self._done: OrderedDict[int, _Done] = OrderedDict()
-        self._undelivered: dict[int, _Done] = {}
+        self._results = Results()
         self._last_task: int | None = None
         self._left: dict[int, str] | None = None
         self._available_at: float | None = None
@@ -272,7 +105,7 @@ class Robot(Peer):
     @property
     def undelivered(self) -> dict[int, Verdict]:
         """Results that the node has not shown to have, by task."""
-        return {task: done.report.result for task, done in self._undelivered.items()}
+        return {report.task: report.result for report in self._results.undelivered()}
 
     def __aiter__(self) -> Self:
         return self
@@ -402,9 +235,9 @@ class Robot(Peer):
         """
         try:
             async with asyncio.timeout(timeout):
-                await self._until(lambda: not self._undelivered)
+                await self._until(lambda: not self._results)
         except TimeoutError:
-            problem = f"{len(self._undelivered)} results are not confirmed after {timeout:g} s"
+            problem = f"{len(self._results)} results are not confirmed after {timeout:g} s"
             raise Overflow(self._place, problem, "see `last_trouble`") from self.last_trouble
 
     # What the node sees.
@@ -436,8 +269,8 @@ class Robot(Peer):
             self._say_state()
 
     def _greeting(self) -> list[ToNode]:
-        self._forget_old()
-        messages: list[ToNode] = [self._fresh(done.report) for done in self._undelivered.values()]
+        self._results.forget_old()
+        messages: list[ToNode] = [self._fresh(report) for report in self._results.undelivered()]
         # After the results: a state that is older than a result says nothing.
         messages.append(self._state())
         return messages
@@ -449,14 +282,13 @@ class Robot(Peer):
         return replace(report, stamp=now, available_at=None)
 
     def _lost(self) -> None:
-        for done in self._undelivered.values():
-            done.written, done.without, done.listed = None, 0, 0
+        self._results.lost()
+        # Nobody has acknowledged these, so the node may give their items to others. If it does not,
+        # it sends them again.
+        self._waiting.clear()
 
     def _sent(self, messages: list[ToNode]) -> None:
-        for message in messages:
-            if isinstance(message, Report) and message.task in self._undelivered:
-                done = self._undelivered[message.task]
-                done.written, done.without, done.listed = time.monotonic(), 0, 0
+        self._results.wrote(message for message in messages if isinstance(message, Report))
 
     def _hear(self, message: FromNode) -> None:
         if isinstance(message, Status):
@@ -467,15 +299,15 @@ class Robot(Peer):
             self._hear_cancel(message)
 
     def _hear_task(self, task: Task) -> None:
-        done = self._done.get(task.id)
+        done = self._results.get(task.id)
         if done is not None:
-            if not _is_another(done, task):
+            if done.is_of(task):
                 # The node has not received the result.
                 self._send_again(done)
                 return
             self._forget_task(task.id)
         work = self._known_work(task.id)
-        if work is not None and _is_other_task(work.task, task):
+        if work is not None and is_other_task(work.task, task):
             self._forget_task(task.id)
             work = None
         if work is not None:
@@ -495,7 +327,7 @@ class Robot(Peer):
         return None
 
     def _hear_cancel(self, cancel: Cancel) -> None:
-        done = self._done.get(cancel.task)
+        done = self._results.get(cancel.task)
         if done is not None:
             self._send_again(done)
             return
@@ -518,43 +350,18 @@ class Robot(Peer):
         if before is not None and status.picked < before.picked and status.stamp > before.stamp:
             # What it does not know of, it does not ask for, and the numbers may mean other tasks.
             # If it still knows an earlier task, it sends it again, and is answered.
-            self._undelivered.clear()
+            self._results.give_up()
             self._tell_started_over()
-        is_open = set(status.open_tasks)
-        for task, done in list(self._undelivered.items()):
-            if done.written is None:
-                continue
-            if task not in is_open:
-                done.without += 1
-                if done.without >= CONFIRMING:
-                    self._deliver(task)
-                continue
-            done.without = 0
-            done.listed += 1
-            if done.listed % REPEATING == 0:
-                self._send_again(done)
-        self._forget_old()
+        for report in self._results.hear(status):
+            self._push(self._fresh(report))
 
-    def _forget_old(self) -> None:
-        """Takes results as delivered that the node would not take any more. Without statuses nothing
-        else shows that it has them."""
-        now = time.monotonic()
-        for task, done in list(self._undelivered.items()):
-            if done.written is not None and now - done.written > USEFUL:
-                self._deliver(task)
-
-    def _deliver(self, task: int) -> None:
-        del self._undelivered[task]
-
-    def _send_again(self, done: _Done) -> None:
-        self._undelivered[done.report.task] = done
-        self._push(self._fresh(done.report))
+    def _send_again(self, done: Done) -> None:
+        self._push(self._fresh(self._results.ask_again(done)))
 
     def _forget_task(self, task: int) -> None:
         """The node has begun anew, without its journal: this number means another task now."""
         self._tell_started_over()
-        self._done.pop(task, None)
-        self._undelivered.pop(task, None)
+        self._results.forget(task)
         for work in (self._work, *self._waiting):
             if work is not None and work.task.id == task:
                 work._is_orphan = True
@@ -571,6 +378,7 @@ class Robot(Peer):
     def _finish(
         self, work: Work, verdict: Verdict, available_at: float | None, found: Place | None
     ) -> None:
+        self._check_open()
         now = self.clock()
         report = Report(now, work.task.id, verdict, available_at, found)  # type: ignore[arg-type]
         if work.result is not None and (
@@ -578,8 +386,8 @@ class Robot(Peer):
         ):
             problem = f"it has the result {work.result}, and is given {report.result}"
             raise LineError(f"task {work.task.id}", problem, "report one result of each task")
-        if len(self._undelivered) >= MOST_UNDELIVERED:
-            problem = f"{len(self._undelivered)} results wait for a connection"
+        if len(self._results) >= MOST_UNDELIVERED:
+            problem = f"{len(self._results)} results wait for a connection"
             raise Overflow(self._place, problem, "see `last_trouble`") from self.last_trouble
         self._conclude(report, work)
         if work is self._work:
@@ -593,13 +401,8 @@ class Robot(Peer):
                 # Its number means another task now.
                 self._news.tell()
                 return
-        self._last_task = report.task
-        done = _Done(report, None if work is None else work.task)
-        self._done[report.task] = done
-        self._done.move_to_end(report.task)
-        self._undelivered[report.task] = done
-        while len(self._done) > MOST_RESULTS:
-            self._done.popitem(last=False)
+            self._last_task = report.task
+        self._results.put(report, None if work is None else work.task)
         self._push(report)
         self._news.tell()
 
@@ -610,34 +413,14 @@ class Robot(Peer):
             # The node need not wait for a result that will not come.
             self.fault("the program ends with a task in hand")
         await super()._farewell()
-
-        self._left = self._unwritten()
-
-    def _unwritten(self) -> dict[int, str]:
-        undelivered = self._undelivered.items()
-        return {task: str(done.report.result) for task, done in undelivered if done.written is None}
+        self._left = self._results.unwritten()
 
     def _check_delivered(self) -> None:
-        left = self._unwritten() if self._left is None else self._left
+        left = self._results.unwritten() if self._left is None else self._left
         if left:
             known = ", ".join(f"{task}: {result}" for task, result in left.items())
-            problem = f"closed without a connection, so these results are lost: {known}"
+            problem = f"closed without a connection; the node may not have these results: {known}"
             raise ResultsLost(self._place, problem, "close the robot while the node is there", left)
 
     def _ended(self) -> None:
         self._changes.tell()
-
-
-def _is_other_task(known: Task, task: Task) -> bool:
-    """Whether a task of a known number is another one, of a node that has started over. Times of the
-    same task differ if a clock was set, and its item may have another name."""
-    moved = task.decided_at - known.decided_at > DECIDED_AGAIN
-    return moved and (task.revision <= known.revision or task.item != known.item)
-
-
-def _is_another(done: _Done, task: Task) -> bool:
-    """The same for a task that is over."""
-    if done.task is not None:
-        return _is_other_task(done.task, task)
-    return task.decided_at - done.report.stamp > DECIDED_AGAIN
-
