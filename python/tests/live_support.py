@@ -53,7 +53,7 @@ needs_program = pytest.mark.skipif(
     PROGRAM is None, reason="PICKLINE does not name the program, and it is not on the path"
 )
 
-DEADLINE = 120.0
+DEADLINE = float(os.environ.get("PICKLINE_TEST_DEADLINE", 120.0))
 """More than any step takes on a slow machine [s]."""
 
 
