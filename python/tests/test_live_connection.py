@@ -15,7 +15,6 @@ import pytest
 
 from live_support import (
     FakeNode,
-    Node,
     certificates,
     eventually,
     free_port,
@@ -223,7 +222,7 @@ def test_tls(tmp_path: Path) -> None:
 
 
 async def serve_status(reader, writer) -> None:
-    hello = await hear(reader)
+    await hear(reader)
     say(writer, kind="hello", accepted=True, robots=["r1"])
     while True:
         say(writer, **STATUS)

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-import random
 import time
 from collections import Counter
 
-import pytest
 
 from live_support import BELT_SPEED, World, at_work, eventually, needs_program, node, run
 
-from pickline.live import Belt, Camera, Monitor, Robot, Verdict
+from pickline.live import Belt, Camera, Monitor, Robot
 
 pytestmark = needs_program
 

@@ -77,7 +77,6 @@ def test_a_node_that_is_killed_again_and_again(seed: int) -> None:
                 driving.cancel()
             status = monitor.status
             assert kills >= 3
-            print(seed, kills, r1.connections, world.works, status)
             check(world, status)
             assert status.seen == ITEMS
             # What the node calls lost was lost by nobody else.
@@ -166,7 +165,6 @@ def test_connections_that_are_cut_again_and_again() -> None:
                     await eventually(lambda: settled(monitor, world), "a settled line")
                     driving.cancel()
                 status = monitor.status
-                print(proxy.cuts, r1.connections, world.works, status)
                 check(world, status)
                 assert status.seen == ITEMS and status.missed.no_result == 0
                 assert proxy.cuts > 10 and r1.connections > 5

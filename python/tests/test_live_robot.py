@@ -86,7 +86,7 @@ class Line:
     async def idle(self) -> None:
         """Waits until the robot says that it takes tasks, from now on."""
         before = len(self.of("robot"))
-        said = lambda: any(one["state"] == "idle" for one in self.of("robot")[before:])  # noqa: E731
+        said = lambda: any(one["state"] == "idle" for one in self.of("robot")[before:])
         await eventually(said, "an idle robot")
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, Union
 
 from .errors import BadMessage, Overflow
-from .messages import Detection, Role, Tick, ToNode
+from .messages import Detection, FromNode, Role, SourceKind, Status, Tick, ToNode
 from .peer import Peer, log
 
 __all__ = ["Camera", "Item"]
@@ -21,6 +22,10 @@ Item = Union[Detection, Mapping[str, Any], Sequence[float]]
 OLDEST = 55.0
 """The node refuses timestamps that are a minute old [s]; some of it is needed for the way."""
 
+MARGIN = 1.0
+"""The node has read what was written this long [s] before the last message that it says it has
+heard: longer than a message is on its way, or waits for the node's journal."""
+
 MOST_WAITING = 10_000
 """Detections that wait for a node which takes none, before `report` refuses more."""
 
@@ -30,15 +35,32 @@ MOST_KEPT = 100_000
 FIELDS = {"class" if one.name == "class_" else one.name for one in fields(Detection)} | {"class_"}
 
 
+@dataclass
+class _Picture:
+    """A picture that may have to be sent again.
+
+    Attributes:
+        detections: What it shows.
+        written: When it was handed to the present connection, by the steady clock [s]; none if it
+            was not.
+        was_written: Whether it was ever handed to a connection.
+    """
+
+    detections: tuple[Detection, ...]
+    written: float | None = None
+    was_written: bool = False
+
+
 class Camera(Peer):
     """A camera of a line.
 
         async with Camera("127.0.0.1:7400", "north") as camera:
             await camera.report([{"x": 0.12, "y": -0.05, "id": "17", "class": "PET"}], stamp)
 
-    After a lost connection it sends the pictures of the last `keep` seconds again, because the node
-    may not have received them. The node takes a repeated detection for the same item. Pictures that
-    are older when the connection is back are lost, which is logged and counted in `dropped`.
+    After a lost connection it sends the pictures again that the node may not have received, as far
+    as they are not older than `keep`. The node takes a repeated detection for the same item.
+    Pictures that are older when the connection is back are lost, which is logged and counted in
+    `dropped`.
 
     Args:
         address: As for `Peer`, as are the options.
@@ -57,10 +79,10 @@ class Camera(Peer):
         self.keep = float(keep)
         self.dropped = 0
         """Detections that were never sent, because there was no connection for too long."""
-        self._kept: deque[tuple[Detection, ...]] = deque()
+        self._kept: deque[_Picture] = deque()
         self._count = 0
-        # How many pictures at the end of `_kept` were never handed to a connection.
-        self._unsent = 0
+        # Those that wait for the present connection.
+        self._unwritten: deque[_Picture] = deque()
 
     async def report(self, items: Iterable[Item], stamp: float | None = None) -> None:
         """Reports one picture: all items that were seen at the same time. It is sent in one piece,
@@ -85,9 +107,11 @@ class Camera(Peer):
             if self._count + len(picture) > MOST_KEPT:
                 problem = f"{self._count} detections are kept for the next connection"
                 raise Overflow(self._place, problem, "give a smaller `keep`")
-            self._kept.append(picture)
+            kept = _Picture(picture)
+            self._kept.append(kept)
             self._count += len(picture)
-            self._unsent += 1
+            if self._is_up:
+                self._unwritten.append(kept)
             self._push(*picture)
         # A program that reports without a pause must let the connection work.
         await asyncio.sleep(0)
@@ -124,14 +148,17 @@ class Camera(Peer):
     def _forget(self) -> None:
         """Drops pictures that are too old to be sent again."""
         oldest = self.clock() - self.keep
-        while self._kept and self._kept[0][0].stamp < oldest:
-            if self._unsent >= len(self._kept):
-                if self._is_up:
-                    # It waits in the queue, which is bounded.
-                    return
-                self._unsent -= 1
-                self._drop(len(self._kept[0]))
-            self._count -= len(self._kept.popleft())
+        while self._kept and self._kept[0].detections[0].stamp < oldest:
+            first = self._kept[0]
+            if self._is_up and first.written is None:
+                # It waits in the queue, which is bounded.
+                return
+            if not first.was_written:
+                self._drop(len(first.detections))
+            self._remove_first()
+
+    def _remove_first(self) -> None:
+        self._count -= len(self._kept.popleft().detections)
 
     def _drop(self, count: int) -> None:
         if not self.dropped:
@@ -142,8 +169,23 @@ class Camera(Peer):
 
     def _greeting(self) -> list[ToNode]:
         self._forget()
-        return [detection for picture in self._kept for detection in picture]
+        for picture in self._kept:
+            picture.written = None
+        self._unwritten = deque(self._kept)
+        return [detection for picture in self._kept for detection in picture.detections]
 
     def _sent(self, messages: list[ToNode]) -> None:
-        if not self._outbox:
-            self._unsent = 0
+        now = time.monotonic()
+        for message in messages:
+            if self._unwritten and message is self._unwritten[0].detections[-1]:
+                picture = self._unwritten.popleft()
+                picture.written, picture.was_written = now, True
+
+    def _hear(self, message: FromNode) -> None:
+        if not isinstance(message, Status):
+            return
+        for source in message.sources:
+            if source.name == self.name and source.kind == SourceKind.CAMERA:
+                read = time.monotonic() - source.age - MARGIN
+                while self._kept and (written := self._kept[0].written) is not None and written < read:
+                    self._remove_first()

@@ -62,14 +62,23 @@ class Refused(LineError, PermissionError):
     Attributes:
         reason: The node's own words.
         may_pass: Whether another attempt may succeed although nothing changes at this peer.
+        is_final: Whether a peer that was let in before does not try again.
     """
 
     def __init__(
-        self, place: str, problem: str, cure: str, reason: str = "", may_pass: bool = False
+        self,
+        place: str,
+        problem: str,
+        cure: str,
+        reason: str = "",
+        *,
+        may_pass: bool = False,
+        is_final: bool = False,
     ) -> None:
         super().__init__(place, problem, cure)
         self.reason = reason
         self.may_pass = may_pass
+        self.is_final = is_final
 
 
 class Lost(LineError, ConnectionError):

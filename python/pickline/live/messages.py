@@ -855,7 +855,7 @@ def decode(line: bytes | str, place: str = "the node") -> FromNode | None:
     """
 
     def bad(problem: str) -> BadReply:
-        return BadReply(place, problem, "connect to the address of `pickline run --listen`")
+        return BadReply(place, problem, "check that what sends there is `pickline run`")
 
     try:
         values = json.loads(line)
@@ -941,7 +941,7 @@ def _convert(value: Any, wanted: Any, name: str) -> Any:
         if arguments[1:] == (...,):
             return tuple(_convert(one, arguments[0], name) for one in value)
         if len(value) == len(arguments):
-            return tuple(_convert(*pair, name) for pair in zip(value, arguments))
+            return tuple(_convert(*pair, name) for pair in zip(value, arguments, strict=True))
     elif origin is Mapping and isinstance(value, dict):
         if arguments[1] is Any:
             return value

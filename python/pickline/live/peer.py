@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import itertools
 import logging
 import os
 import random
@@ -30,14 +31,15 @@ OPEN_TIMEOUT = 10.0
 WRITE_TIMEOUT = 10.0
 """A connection is given up if the other side takes nothing for this time [s]."""
 
-FIRST_PAUSE, LONGEST_PAUSE = 0.05, 2.0
-"""Pauses between two attempts to connect [s]: each is twice the one before. An arm that waits for
-its line should not wait much longer than the node's restart takes."""
+FIRST_PAUSE, SHORT_PAUSE, LONGEST_PAUSE = 0.05, 0.4, 2.0
+"""Pauses between two attempts to connect [s]: each is twice the one before, up to the longest; after
+a connection, up to the short one. An arm that waits for its line should not wait much longer than
+the node's restart takes."""
 
 FAREWELL_TIMEOUT = 2.0
 """How long a peer that closes tries to send what is left [s]."""
 
-STEADY = 5.0
+STEADY = 1.0
 """A connection that has lasted this long was a success: pauses begin anew [s]."""
 
 SILENCE = 5.0
@@ -137,7 +139,9 @@ class Peer:
         self._heard_at = 0.0
         self._status_times: deque[float] = deque(maxlen=8)
 
-    def _make_transport(self, ca: Any, cert: Any, key: Any, prefix: str, user: Any, password: Any) -> Transport:
+    def _make_transport(
+        self, ca: Any, cert: Any, key: Any, prefix: str, user: str | None, password: str | None
+    ) -> Transport:
         tls = tls_context(self.address, ca, cert, key)
         if self.address.is_mqtt:
             # A package that only this needs.
@@ -324,7 +328,7 @@ class Peer:
         last = self.status
         while True:
             try:
-                await self._until(lambda: self.status is not last)
+                await self._until(lambda seen=last: self.status is not seen)  # type: ignore[misc]
             except Closed:
                 return
             last = self.status
@@ -420,6 +424,8 @@ class Peer:
             except (Refused, BadReply) as error:
                 if not self.connections and not getattr(error, "may_pass", False):
                     raise
+                if getattr(error, "is_final", False):
+                    raise
                 # Another program with the same name is connected. Two that connect again each time
                 # would disconnect each other for ever, and both drive the robot.
                 is_taken = "another connection" in getattr(error, "reason", "")
@@ -429,8 +435,11 @@ class Peer:
                 self._troubled(error)
             except Lost as error:
                 self._troubled(error)
-            if began is not None and time.monotonic() - began > STEADY:
-                pause, taken_over = FIRST_PAUSE, 0
+            if began is not None:
+                # The node is there, and at most in trouble.
+                pause = min(pause, SHORT_PAUSE)
+                if time.monotonic() - began > STEADY:
+                    pause, taken_over = FIRST_PAUSE, 0
             # Not all peers at the same moment.
             await asyncio.sleep(pause * random.uniform(0.5, 1.0))
             pause = min(2 * pause, LONGEST_PAUSE)
@@ -518,7 +527,7 @@ class Peer:
             if len(times) < 3:
                 await asyncio.sleep(SILENCE / 5)
                 continue
-            period = statistics.median(b - a for a, b in zip(times, times[1:]))
+            period = statistics.median(b - a for a, b in itertools.pairwise(times))
             allowed = max(SILENCE, SILENT_PERIODS * period)
             left = self._heard_at + allowed - time.monotonic()
             if left <= 0:

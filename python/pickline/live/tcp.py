@@ -172,4 +172,4 @@ def refused(place: str, name: str, answer: Answer) -> Refused:
     elif "no robot" in reason:
         may_pass = False
         cure = "give the robot's name in the node's station file"
-    return Refused(place, f"the node refuses `{name}`: {reason}", cure, reason, may_pass)
+    return Refused(place, f"the node refuses `{name}`: {reason}", cure, reason, may_pass=may_pass)
