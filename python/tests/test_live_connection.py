@@ -40,8 +40,9 @@ from pickline.live import (
     Refused,
     Robot,
     Unreachable,
+    link,
     messages,
-    peer,
+
 )
 from pickline.live.address import Address
 
@@ -312,8 +313,8 @@ def test_nothing_but_garbage_ends_the_connection() -> None:
 
 
 def test_a_node_that_falls_silent_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(peer, "SILENCE", 0.2)
-    monkeypatch.setattr(peer, "SILENT_PERIODS", 3)
+    monkeypatch.setattr(link, "SILENCE", 0.2)
+    monkeypatch.setattr(link, "SILENT_PERIODS", 3)
 
     async def serve(reader, writer) -> None:
         await hear(reader)
@@ -332,7 +333,7 @@ def test_a_node_that_falls_silent_is_left(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_a_node_that_never_answers_the_hello(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(peer, "OPEN_TIMEOUT", 0.1)
+    monkeypatch.setattr(link, "OPEN_TIMEOUT", 0.1)
 
     async def serve(reader, writer) -> None:
         await asyncio.Event().wait()
@@ -421,7 +422,7 @@ def test_a_node_that_reads_nothing_does_not_fill_the_memory() -> None:
 
 
 def test_a_node_that_reads_nothing_for_long_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(peer, "WRITE_TIMEOUT", 0.1)
+    monkeypatch.setattr(link, "WRITE_TIMEOUT", 0.1)
 
     async def serve(reader, writer) -> None:
         await hear(reader)

@@ -88,6 +88,10 @@ def test_a_node_that_is_killed_again_and_again(seed: int) -> None:
     run(play())
 
 
+async def crash() -> None:
+    """The farewell of a program that has none."""
+
+
 class Proxy:
     """A way to the node that can be cut at any moment."""
 
@@ -137,6 +141,45 @@ class Proxy:
         for way in list(self._ways):
             way.cancel()
         self.cuts += 1
+
+
+def test_a_controller_that_crashes_with_a_task_in_hand() -> None:
+    """It is started again, and knows nothing of the task. The line goes on."""
+
+    async def play() -> None:
+        world = World(time.time)
+        async with (
+            node("--status-every", "0.1") as line,
+            Monitor(line.address) as monitor,
+            Camera(line.address, "north") as camera,
+        ):
+            world.begin(12)
+            showing = asyncio.create_task(world.show(camera))
+            crashes = 0
+            while not showing.done():
+                robot = Robot(line.address, "r1", heartbeat=0.1)
+                await robot.open()
+                taking = asyncio.ensure_future(anext(robot))
+                await asyncio.wait([showing, taking], return_when=asyncio.FIRST_COMPLETED)
+                if taking.done():
+                    work = taking.result()
+                    await asyncio.wait([showing], timeout=0.1 * (crashes % 4))
+                    if crashes % 2:
+                        await world.pick(work)
+                        await robot.settle()
+                    else:
+                        # Nothing of an end is done that a crash would not do.
+                        robot._farewell = crash  # type: ignore[method-assign]
+                crashes += 1
+                taking.cancel()
+                await robot.close()
+            await showing
+            await eventually(lambda: settled(monitor, world), "a settled line")
+            status = monitor.status
+            assert status.seen == 12 and status.picked == len(world.bins) and not world.twice
+            assert crashes > 3
+
+    run(play())
 
 
 def test_connections_that_are_cut_again_and_again() -> None:

@@ -108,9 +108,12 @@ async def take(robot: Robot) -> Work:
 
 def test_a_task_is_acknowledged_when_it_is_taken_and_has_a_result() -> None:
     async def test(line: Line, robot: Robot) -> None:
-        await eventually(lambda: line.of("robot"), "a state")
-        # It takes no tasks before the program asks for one.
-        assert line.of("robot")[0]["state"] == "busy"
+        await line.until("robot", 3)
+        # A controller that has just started does not know what has come of earlier tasks, and takes
+        # no tasks before the program asks for one.
+        states = line.of("robot")
+        assert [one["state"] for one in states[:3]] == ["fault", "busy", "busy"]
+        assert states[0]["stamp"] < states[1]["stamp"]
         taking = asyncio.create_task(take(robot))
         await line.idle()
         sent = line.task(7)
@@ -372,6 +375,68 @@ def test_an_item_that_reaches_the_bin_in_a_fault_is_not_lost() -> None:
     play(test)
 
 
+def test_a_fault_ends_the_waits_of_a_task() -> None:
+    async def test(line: Line, robot: Robot) -> None:
+        async def handle(work: Work) -> None:
+            await work.until("meet_at")
+
+        running = asyncio.create_task(robot.run(handle))
+        await line.idle()
+        line.task(7, meet_at=time.time() + 1000)
+        await line.until("ack", 1)
+        robot.fault("safety door")
+        (result,) = await line.until("result", 1)
+        assert (result["task"], result["result"]) == (7, "CANCELLED")
+        robot.ready()
+        await line.idle()
+        line.task(8, meet_at=time.time() + 1000)
+        await line.until("ack", 2)
+        # The faults were told once over the first connection, and this one.
+        line.drop()
+        await eventually(lambda: len(line.hellos) > 1, "another connection")
+        count = len(line.of("robot"))
+        await line.until("robot", count + 3)
+        assert all(one["state"] == "busy" for one in line.of("robot")[count:])
+        line.cancel(8)
+        await line.until("result", 2)
+        running.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await running
+
+    play(test)
+
+
+def test_tasks_of_an_earlier_controller_are_not_carried_out() -> None:
+    async def test(line: Line, robot: Robot) -> None:
+        taking = asyncio.create_task(take(robot))
+        await line.idle()
+        line.task(7, decided_at=time.time() - 10)
+        line.cancel(7)
+        (result,) = await line.until("result", 1)
+        assert (result["task"], result["result"]) == (7, "CANCELLED")
+        line.task(8)
+        assert (await taking).task.id == 8
+        robot.work.picked()
+
+    play(test)
+
+
+def test_tasks_have_a_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    from pickline.live import robot as module
+
+    monkeypatch.setattr(module, "MOST_WAITING", 3)
+
+    async def test(line: Line, robot: Robot) -> None:
+        await eventually(lambda: line.writer, "a connection")
+        for number in range(1, 6):
+            line.task(number)
+        line.status()
+        await eventually(lambda: robot.status, "the status after them")
+        assert len(robot._waiting) == 3
+
+    play(test)
+
+
 def test_one_result_of_each_task() -> None:
     async def test(line: Line, robot: Robot) -> None:
         taking = asyncio.create_task(take(robot))
@@ -423,13 +488,13 @@ def test_a_node_that_starts_over_gives_its_numbers_to_other_tasks(caplog: pytest
     async def test(line: Line, robot: Robot) -> None:
         taking = asyncio.create_task(take(robot))
         await line.idle()
-        line.task(1, decided_at=time.time() - 100)
+        line.task(1)
         (await taking).picked()
         await line.until("result", 1)
         taking = asyncio.create_task(take(robot))
         await line.idle()
         # The same number, but another task: it must not be answered with the old result.
-        line.task(1)
+        line.task(1, decided_at=time.time() + 20)
         work = await taking
         await line.until("ack", 2)
         assert len(line.of("result")) == 1
@@ -502,7 +567,7 @@ def test_a_result_after_the_end_is_an_error() -> None:
             assert line.of("robot")[-1]["state"] == "fault"
             with pytest.raises(LineError, match="closed"):
                 work.picked()
-            with pytest.raises(LineError, match="closed"):
+            with pytest.raises(TaskDropped, match="ends with a task in hand"):
                 await changed
             with pytest.raises(StopAsyncIteration):
                 await take(robot)

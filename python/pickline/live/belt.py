@@ -8,7 +8,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable
 from dataclasses import replace
 from typing import Any, ClassVar
 
-from .errors import BadMessage, Closed
+from .errors import BadMessage, Closed, Overflow
 from .messages import BeltRequest, BeltState, FromNode, Role, Tick, ToNode
 from .peer import Peer
 
@@ -75,7 +75,8 @@ class Belt(Peer):
         measure: Callable[[], float | tuple[float, float] | Awaitable[float | tuple[float, float]]],
         every: float = 0.02,
     ) -> None:
-        """Reports again and again, until it is cancelled.
+        """Reports again and again, until it is cancelled or the node does not let this encoder in
+        any more. While the node takes nothing, reports are dropped.
 
         Args:
             measure: Returns the speed [m/s], or speed and position [m]; may be a coroutine
@@ -91,7 +92,11 @@ class Belt(Peer):
             if isinstance(found, Awaitable):
                 found = await found
             speed, position = found if isinstance(found, tuple) else (found, None)
-            await self.report(speed, position)
+            try:
+                await self.report(speed, position)
+            except Overflow as error:
+                # The connection is given up if this goes on. Old reports are worth nothing then.
+                self._warn_once("overflow", str(error))
             # Without drift; but what was missed is not made up for.
             due = max(due + every, loop.time())
             await asyncio.sleep(due - loop.time())

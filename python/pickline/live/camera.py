@@ -7,15 +7,15 @@ import time
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, ClassVar, Union
+from typing import Any, ClassVar
 
 from .errors import BadMessage, Overflow
 from .messages import Detection, FromNode, Role, SourceKind, Status, Tick, ToNode
-from .peer import Peer, log
+from .peer import Peer
 
 __all__ = ["Camera", "Item"]
 
-Item = Union[Detection, Mapping[str, Any], Sequence[float]]
+Item = Detection | Mapping[str, Any] | Sequence[float]
 """An item in a picture: the fields of a detection without its `stamp`, `(x, y)` [m], or a
 `Detection`, whose timestamp is replaced by that of the picture."""
 
@@ -162,8 +162,8 @@ class Camera(Peer):
 
     def _drop(self, count: int) -> None:
         if not self.dropped:
-            log.warning(
-                "%s: pictures of more than %g s without a connection are lost", self._place, self.keep
+            self._warn(
+                f"{self._place}: pictures of more than {self.keep:g} s without a connection are lost"
             )
         self.dropped += count
 

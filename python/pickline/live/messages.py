@@ -800,10 +800,10 @@ class Answer:
     extra: Mapping[str, Any] = field(default_factory=dict, repr=False)
 
 
-ToNode = Union[Detection, BeltState, RobotStatus, Ack, Report, Order, Tick, Hello]
+ToNode = Detection | BeltState | RobotStatus | Ack | Report | Order | Tick | Hello
 """A message to the node."""
 
-FromNode = Union[Task, Cancel, BeltRequest, Status, Due, Answer]
+FromNode = Task | Cancel | BeltRequest | Status | Due | Answer
 """A message from the node."""
 
 TO_NODE: Mapping[str, type] = {

@@ -12,6 +12,7 @@ import json
 import logging
 import secrets
 import ssl
+from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -38,6 +39,9 @@ RECEIVE_MAXIMUM = 512
 
 IN_FLIGHT = 64
 """Messages that the broker has not acknowledged before `send` waits."""
+
+MOST_UNREAD = 10_000
+"""A connection that brings more than can be read is given up."""
 
 NODE_TIMEOUT = 5.0
 """How long the node may take to show that it is there [s]."""
@@ -178,6 +182,8 @@ class MqttSession(Session):
         self._client: Any = None
         self._connecting: asyncio.Future[Any] | None = None
         self._ended: Lost | None = None
+        # What came before the node was there.
+        self._first: deque[tuple[str, bytes]] = deque()
         self.answer = Answer(accepted=True)
 
     # From the thread of the client to this loop.
@@ -221,12 +227,12 @@ class MqttSession(Session):
             self._settle(future, code)
 
     def _lose(self, why: str, code: int = 0) -> None:
-        if self._ended is not None:
-            return
         cure = "check the broker and the network"
         if code == TAKEN_OVER:
             cure = "another client has the same client id"
-        self._ended = Lost(self._place, f"the connection to the broker has ended: {why}", cure)
+        if self._ended is None:
+            self._ended = Lost(self._place, f"the connection to the broker has ended: {why}", cure)
+            self._inbox.put_nowait(self._ended)
         waited: list[asyncio.Future[Any]] = [self._connected, self._subscribed]
         for future in (*waited, *self._published.values()):
             if not future.done():
@@ -234,7 +240,6 @@ class MqttSession(Session):
                 # Nobody may be waiting for it.
                 future.exception()
         self._published.clear()
-        self._inbox.put_nowait(self._ended)
 
     def _take(self, topic: str, payload: bytes, retained: bool) -> None:
         rest = topic.removeprefix(f"{self._way.prefix}/")
@@ -242,7 +247,10 @@ class MqttSession(Session):
             self._hear_presence(payload)
         elif not retained:
             # What a broker retains may be of yesterday.
-            self._inbox.put_nowait((rest, payload))
+            if self._inbox.qsize() >= MOST_UNREAD:
+                self._leave(f"{MOST_UNREAD} messages are unread, and more come")
+            else:
+                self._inbox.put_nowait((rest, payload))
 
     def _hear_presence(self, payload: bytes) -> None:
         try:
@@ -259,7 +267,9 @@ class MqttSession(Session):
             self._leave("the node has left the broker")
 
     def _leave(self, why: str) -> None:
-        self._inbox.put_nowait(Lost(self._place, why, "start `pickline run --mqtt` with this broker"))
+        if self._ended is None:
+            self._ended = Lost(self._place, why, "see that `pickline run --mqtt` runs with this broker")
+            self._inbox.put_nowait(self._ended)
 
     # The connection.
 
@@ -346,7 +356,8 @@ class MqttSession(Session):
                         raise what
                     if what[0] == "node":
                         return
-                    # Tasks from a time without connection; the node sends them again.
+                    # The broker has kept it while there was no connection.
+                    self._first.append(what)
         except TimeoutError:
             problem = f"no node is connected to the broker under {self._way.prefix}/"
             cure = "start `pickline run --mqtt` with this broker, and the same --mqtt-prefix"
@@ -384,7 +395,7 @@ class MqttSession(Session):
         return topic, future
 
     async def receive(self) -> FromNode | None:
-        what = await self._inbox.get()
+        what = self._first.popleft() if self._first else await self._inbox.get()
         if isinstance(what, LineError):
             raise what
         topic, payload = what

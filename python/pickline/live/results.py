@@ -12,7 +12,7 @@ from collections import OrderedDict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from .messages import Report, Status, Task
+from .messages import Report, Status, Task, Verdict
 
 __all__ = ["Done", "Results", "is_other_task"]
 
@@ -31,6 +31,10 @@ USEFUL = 180.0
 
 DECIDED_AGAIN = 1.0
 """A known task number that was decided this much later [s] is that of another task."""
+
+
+FACTS = (Verdict.PICKED, Verdict.GRASP_FAIL, Verdict.MISSED)
+"""Results that tell what has become of an item."""
 
 
 @dataclass
@@ -83,9 +87,13 @@ class Results:
         return (done.report for done in list(self._undelivered.values()))
 
     def unwritten(self) -> dict[int, str]:
-        """Those that were not even handed to the present connection."""
-        undelivered = self._undelivered.items()
-        return {task: str(done.report.result) for task, done in undelivered if done.written is None}
+        """Those that were not even handed to the present connection, and that only the robot knows:
+        without a `CANCELLED` or a `REJECTED` the node waits for a while and finds the same."""
+        return {
+            task: str(done.report.result)
+            for task, done in self._undelivered.items()
+            if done.written is None and done.report.result in FACTS
+        }
 
     def __len__(self) -> int:
         """Number of results that the node has not shown to have."""

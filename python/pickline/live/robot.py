@@ -23,7 +23,8 @@ from .messages import (
     ToNode,
     Verdict,
 )
-from .peer import News, Peer, log
+from .link import News
+from .peer import Peer
 from .results import Done, Results, is_other_task
 from .work import Place, Work
 
@@ -35,6 +36,12 @@ MOST_UNDELIVERED = 1000
 OLDEST = 50.0
 """A report with an older timestamp [s] is sent with the present one: the node refuses those of a
 minute ago."""
+
+NEWER = 1e-3
+"""The difference of two timestamps that have an order [s]."""
+
+MOST_WAITING = 1000
+"""Tasks that wait for the program. A node gives one at a time."""
 
 SLACK = 1e-3
 """A task may be taken this long after its `latest_start` [s]: clocks have a resolution."""
@@ -55,6 +62,10 @@ class Robot(Peer):
     comes again is not carried out again: new times are adopted, and a result that the node has
     missed is sent again. A task whose `latest_start` has passed when the program could take it is
     rejected.
+
+    A controller that has just started does not know what has come of the tasks before. So it tells
+    the node of a fault first: items that the robot was on its way to return to the line, and those
+    that it may have been holding are written off.
 
     Args:
         address: As for `Peer`, as are the options.
@@ -86,8 +97,11 @@ class Robot(Peer):
         self._results = Results()
         self._last_task: int | None = None
         self._left: dict[int, str] | None = None
+        # Tasks that were decided before this time are those of an earlier controller [s].
+        self._born: float | None = None
         self._available_at: float | None = None
-        self._fault: str | None = None
+        self.fault_reason: str | None = None
+        """Why it is out of service; none if it is in service."""
         self._takes_tasks = False
         self._is_iterated = False
         self._before: Status | None = None
@@ -126,12 +140,12 @@ class Robot(Peer):
                 work = self._next_work()
                 if work is not None:
                     return work
-                if not self._takes_tasks and self._fault is None:
+                if not self._takes_tasks and self.fault_reason is None:
                     self._takes_tasks = True
                     self._say_state()
                 await self._until(
-                    lambda: (self._waiting and self._fault is None)
-                    or (self._fault is None and not self._takes_tasks)
+                    lambda: (self._waiting and self.fault_reason is None)
+                    or (self.fault_reason is None and not self._takes_tasks)
                 )
         except Closed:
             raise StopAsyncIteration from None
@@ -145,7 +159,7 @@ class Robot(Peer):
     def _check_unfinished(self) -> None:
         work = self._work
         if work is not None and work.result is None:
-            if self._fault is not None:
+            if self.fault_reason is not None:
                 # The node has taken the task back. If the item got into the bin after all, the
                 # program can still say so.
                 return
@@ -154,7 +168,7 @@ class Robot(Peer):
             raise Unfinished(self._place, problem, cure)
 
     def _next_work(self) -> Work | None:
-        if self._fault is not None:
+        if self.fault_reason is not None:
             return None
         self._check_open()
         while self._waiting:
@@ -198,23 +212,25 @@ class Robot(Peer):
     def fault(self, reason: str = "") -> None:
         """The robot is out of service until `ready` is called. Its items return to the others, but
         not one that it may be holding."""
-        if self._fault is None:
-            self._fault = reason or "fault"
+        if self.fault_reason is None:
+            self.fault_reason = reason or "fault"
             self._takes_tasks = False
-            log.warning("%s: out of service: %s", self._place, self._fault)
+            self._warn(f"{self._place}: out of service: {self.fault_reason}")
         self._say_state()
+        self._changes.tell()
 
     def ready(self) -> None:
         """The robot is in service again, at its bin."""
-        if self._fault is not None:
-            self._fault = None
+        if self.fault_reason is not None:
+            self.fault_reason = None
             if self._work is not None and self._work.result is None:
                 # The node takes it back when it hears of the fault, which it may not have done.
                 now = self.clock()
                 self._conclude(Report(now, self._work.task.id, Verdict.CANCELLED), None)
                 self._work = None
-            log.warning("%s: in service again", self._place)
+            self._warn(f"{self._place}: in service again")
         self._say_state()
+        self._changes.tell()
         self._news.tell()
 
     async def report_belt(
@@ -245,7 +261,7 @@ class Robot(Peer):
     def _state(self) -> RobotStatus:
         now = self.clock()
         state, available_at = RobotState.BUSY, None
-        if self._fault is not None:
+        if self.fault_reason is not None:
             state = RobotState.FAULT
         elif self._is_working():
             pass
@@ -272,7 +288,12 @@ class Robot(Peer):
         self._results.forget_old()
         messages: list[ToNode] = [self._fresh(report) for report in self._results.undelivered()]
         # After the results: a state that is older than a result says nothing.
-        messages.append(self._state())
+        state = self._state()
+        if self._born is None:
+            # A state ends a fault if it is newer.
+            self._born = max(0.0, state.stamp - NEWER)
+            messages.append(RobotStatus(self._born, self.robot, RobotState.FAULT))
+        messages.append(state)
         return messages
 
     def _fresh(self, report: Report) -> Report:
@@ -318,7 +339,11 @@ class Robot(Peer):
             if work._is_taken:
                 self._push(Ack(self.clock(), task.id))
             return
-        self._waiting.append(Work(self, task))
+        if self._born is not None and task.decided_at < self._born:
+            # The fault at the start takes it back; then the node asks to drop it.
+            return
+        if len(self._waiting) < MOST_WAITING:
+            self._waiting.append(Work(self, task))
 
     def _known_work(self, task: int) -> Work | None:
         for work in (self._work, *self._waiting):
@@ -337,7 +362,7 @@ class Robot(Peer):
             if work is not None:
                 work.cancel = cancel
             self._conclude(Report(self.clock(), cancel.task, Verdict.CANCELLED), work)
-        elif self._fault is not None:
+        elif self.fault_reason is not None:
             work.cancel = cancel
             self._changes.tell()
             self._conclude(Report(self.clock(), cancel.task, Verdict.CANCELLED), None)
@@ -369,7 +394,7 @@ class Robot(Peer):
             self._last_task = None
 
     def _tell_started_over(self) -> None:
-        self._note(
+        self._warn_once(
             "journal",
             f"{self._place}: the node has started over, so earlier tasks are forgotten; "
             "run it with --journal",

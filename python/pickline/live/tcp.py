@@ -45,9 +45,10 @@ class TcpTransport(Transport):
         except ssl.SSLError as error:
             cure = "check that the node has --tls-cert, and that it trusts `cert` if it has --tls-ca"
             raise Lost(place, f"no TLS connection: {error.reason or error}", cure) from None
-        except OSError as error:
+        except (OSError, UnicodeError) as error:
             cure = "start `pickline run --listen` there"
-            raise Lost(place, f"no connection: {error.strerror or error}", cure) from None
+            problem = f"no connection: {getattr(error, 'strerror', None) or error}"
+            raise Lost(place, problem, cure) from None
         session = TcpSession(place, reader, writer, hello.name)
         try:
             prepare(writer.get_extra_info("socket"))

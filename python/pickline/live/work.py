@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from typing import TYPE_CHECKING, Union
+from typing import TYPE_CHECKING
 
 from .errors import BadMessage, TaskDropped
 from .messages import Cancel, Point, Task, Verdict
@@ -19,7 +19,7 @@ CLOCK_CHECK = 0.5
 
 MOMENTS = ("earliest_start", "start", "latest_start", "meet_at", "free_at")
 
-Place = Union[Point, tuple[float, float]]
+Place = Point | tuple[float, float]
 """A place in the belt frame: a `Point`, or `(x, y)` [m]."""
 
 
@@ -59,7 +59,7 @@ class Work:
         times meanwhile, it waits for the new one.
 
         Raises:
-            TaskDropped: The node wants the task dropped.
+            TaskDropped: The node wants the task dropped, or the robot is out of service.
         """
         if moment not in MOMENTS:
             raise BadMessage("`moment`", f"there is no `{moment}`", "give start, meet_at or free_at")
@@ -94,20 +94,24 @@ class Work:
         """Waits until the task changes, is cancelled, or some time [s] has passed."""
         task, cancel = self.task, self.cancel
         robot = self._robot
-        was_open = robot.is_open
+        was_open, fault = robot.is_open, robot.fault_reason
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(timeout):
                 await robot._changes.until(
                     lambda: self.task is not task
                     or self.cancel is not cancel
                     or robot.is_open is not was_open
+                    or robot.fault_reason is not fault
                 )
 
     def check(self) -> None:
-        """Raises `TaskDropped` if the node wants the task dropped."""
+        """Raises `TaskDropped` if the node wants the task dropped, or the robot is out of service."""
+        cure = "go back and report `dropped`, or the actual result if it was too late"
+        fault = self._robot.fault_reason
         if self.cancel is not None:
-            cure = "go back and report `dropped`, or the actual result if it was too late"
             raise TaskDropped(f"task {self.task.id}", f"cancelled: {self.cancel.reason}", cure)
+        if fault is not None:
+            raise TaskDropped(f"task {self.task.id}", f"the robot is out of service: {fault}", cure)
 
     def picked(self, *, available_at: float | None = None, found: Place | None = None) -> None:
         """The item is in the bin."""
