@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import dataclasses
 import json
 import math
+import random
 import subprocess
+import time
 import types
 import typing
 from collections.abc import Mapping
@@ -13,15 +16,17 @@ from enum import StrEnum
 
 import pytest
 
-from live_support import PROGRAM, needs_program
+from live_support import PROGRAM, eventually, needs_program, node, run
 
 from pickline.live import (
     Ack,
     BadMessage,
     BadReply,
     BeltState,
+    Camera,
     Detection,
     Hello,
+    Monitor,
     Order,
     Point,
     Report,
@@ -286,6 +291,107 @@ def test_what_is_no_message_is_named(line: bytes, word: str) -> None:
         decode(line)
     assert word in str(caught.value)
     assert len(str(caught.value)) < 500 and "\n" not in str(caught.value)
+
+
+def test_whatever_comes_is_a_message_or_named() -> None:
+    rng = random.Random(1)
+    whole = json.dumps({**TASK, "class": "PET", "size": [0.1, 0.2], "data": {"a": [1, None]}}).encode()
+    read = 0
+    for _ in range(5000):
+        line = bytearray(whole)
+        for _ in range(rng.randint(1, 4)):
+            at = rng.randrange(len(line))
+            match rng.randrange(4):
+                case 0:
+                    line[at] = rng.randrange(256)
+                case 1:
+                    del line[at : at + rng.randint(1, 8)]
+                case 2:
+                    line[at:at] = rng.choice([b"null", b"1e999", b"[", b'"', b"-1", b"{}", b",", b"\xff"])
+                case _:
+                    line[at:at] = line[rng.randrange(len(line)) :][:6]
+        try:
+            message = decode(bytes(line))
+        except BadReply as error:
+            assert "\n" not in str(error) and len(str(error)) < 600
+        else:
+            read += 1
+            assert message is None or isinstance(message.extra, dict)
+    assert read > 100
+
+
+# Each is refused here; so it must be by the node, or this side is too strict.
+REFUSED = [
+    '"stamp":-1,"x":0.3,"y":0',
+    '"stamp":1795656426000000,"x":0.3,"y":0',
+    '"stamp":NOW,"x":-250.1,"y":0',
+    '"stamp":NOW,"x":1000001,"y":0',
+    '"stamp":NOW,"x":0.3,"y":1000001',
+    '"stamp":NOW,"x":"0.3","y":0',
+    '"stamp":NOW,"x":true,"y":0',
+    '"stamp":NOW,"x":0.3',
+    '"stamp":NOW,"x":0.3,"y":0,"id":7',
+    '"stamp":NOW,"x":0.3,"y":0,"id":""',
+    '"stamp":NOW,"x":0.3,"y":0,"id":" a"',
+    '"stamp":NOW,"x":0.3,"y":0,"id":"a\\nb"',
+    '"stamp":NOW,"x":0.3,"y":0,"id":"a\\u202eb"',
+    '"stamp":NOW,"x":0.3,"y":0,"id":"a\\u0085b"',
+    '"stamp":NOW,"x":0.3,"y":0,"id":"\\u3000a"',
+    '"stamp":NOW,"x":0.3,"y":0,"area_cm2":1000001',
+    '"stamp":NOW,"x":0.3,"y":0,"weight":-1',
+    '"stamp":NOW,"x":0.3,"y":0,"p_grasp":1.01',
+    '"stamp":NOW,"x":0.3,"y":0,"angle":7.1',
+    '"stamp":NOW,"x":0.3,"y":0,"height":10.1',
+    '"stamp":NOW,"x":0.3,"y":0,"size":[1]',
+    '"stamp":NOW,"x":0.3,"y":0,"covariance":[0.05,0,0.01]',
+    '"stamp":NOW,"x":0.3,"y":0,"covariance":[1e-6,1e-3,1e-6]',
+    '"stamp":NOW,"x":0.3,"y":0,"data":[1]',
+    '"stamp":NOW,"x":0.3,"y":0,"colour":"red"',
+]
+
+
+def made_here(text: str, now: float) -> None:
+    values = json.loads("{" + text.replace("NOW", repr(now)) + "}")
+    values = {"class_" if name == "class" else name: value for name, value in values.items()}
+    Detection(**values)
+
+
+@needs_program
+def test_the_node_refuses_what_is_refused_here_and_takes_what_is_taken() -> None:
+    async def play() -> None:
+        async with node("--status-every", "0.05", "--max-peers", "200") as line, Monitor(line.address) as monitor:
+            for number, text in enumerate(REFUSED):
+                now = time.time()
+                with pytest.raises((BadMessage, TypeError)):
+                    made_here(text, now)
+                reader, writer = await asyncio.open_connection("127.0.0.1", line.port)
+                writer.write(b'{"kind":"hello","name":"raw","role":"camera"}\n')
+                writer.write(('{"kind":"detection",' + text.replace("NOW", repr(now)) + "}\n").encode())
+                await eventually(
+                    lambda: monitor.status and sum(monitor.status.rejected.values()) == number + 1,
+                    f"the refusal of {text}",
+                )
+                assert set(monitor.status.rejected) <= {"value", "field", "stamp", "syntax"}
+                writer.transport.abort()
+            refused = dict(monitor.status.rejected)
+            async with Camera(line.address) as camera:
+                x = 0.0
+                for extra in [
+                    {"id": "x" * 200},
+                    {"id": "\u00e9 \U0001f4a1 a,b", "class": "PET", "source": "s"},
+                    {"area_cm2": 1e6, "weight": 1e12, "p_detection": 1, "p_grasp": 0.0},
+                    {"angle": -7, "height": 10, "size": (10, 0)},
+                    {"covariance": (0.04, 0.04, 0.04)},
+                    {"data": {"a": "x" * (4096 - 8)}},
+                    {"data": {"\u00e9": ["\u00e9" * 2000, None, True, 1.5, {"b": {}}]}},
+                    {"data": {}},
+                ]:
+                    x += 0.1
+                    await camera.report([{"x": x, "y": 0.4, **extra}])
+                await eventually(lambda: monitor.status.seen == 8, "the items")
+                assert dict(monitor.status.rejected) == refused
+
+    run(play())
 
 
 def test_words_equal_their_texts() -> None:

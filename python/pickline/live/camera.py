@@ -136,7 +136,7 @@ class Camera(Peer):
                 values["class_"] = values.pop("class")
             if values.get("x") is None or values.get("y") is None:
                 raise BadMessage("a detection", "`x` or `y` is missing", "give both [m]")
-            values.setdefault("source", self.name)
+            values["source"] = values.get("source") or self.name
             return Detection(stamp=stamp, **values)
         try:
             x, y = item

@@ -297,6 +297,8 @@ class MqttSession(Session):
             )
 
         self._connecting = self._loop.run_in_executor(None, connect)
+        # If it fails after this was cancelled, nobody looks.
+        self._connecting.add_done_callback(lambda done: done.cancelled() or done.exception())
         try:
             # A thread cannot be cancelled: `close` waits for it.
             await asyncio.shield(self._connecting)
