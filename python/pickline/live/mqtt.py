@@ -17,8 +17,9 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from .address import Address
+from .checks import shown
 from .errors import BadAddress, BadReply, LineError, Lost, MissingPackage, Refused
-from .messages import LONGEST_LINE, Answer, FromNode, Hello, Role, ToNode, decode, encode, shown
+from .messages import LONGEST_LINE, Answer, FromNode, Hello, Role, ToNode, decode, encode
 from .session import Session, Transport
 
 __all__ = ["MqttTransport", "check_prefix", "level"]

@@ -25,6 +25,16 @@ FAREWELL_TIMEOUT = 2.0
 """How long a peer that closes tries to send what is left [s]."""
 
 
+OF_OTHERS: dict[Role, frozenset[str]] = {
+    Role.CAMERA: frozenset({"unknown_task", "unknown_robot"}),
+    Role.ENCODER: frozenset({"unknown_task", "unknown_robot", "off_belt", "too_many_items"}),
+    Role.ROBOT: frozenset({"off_belt", "too_many_items"}),
+    Role.OPERATOR: frozenset({"unknown_task", "off_belt", "too_many_items"}),
+    Role.OBSERVER: frozenset(),
+}
+"""Reasons for which the node cannot have refused a message of a role. An observer watches all."""
+
+
 class Peer(Link):
     """A peer of a line. `async with` opens and closes it.
 
@@ -78,8 +88,8 @@ class Peer(Link):
         hello = Hello(name, self.role, self._robots(), read_token(token))
         self.name = hello.name
         self.rejected: Counter[str] = Counter()
-        """Messages that the node has refused since this peer was opened, by reason. The node tells
-        only how many of all its peers they are."""
+        """Messages that the node has refused since this peer was opened, by reason, without reasons
+        that only others can have caused. The node tells only how many of all its peers they are."""
         self._patience = patience
         tls = tls_context(self.address, ca, cert, key)
         transport = self._transport_for(tls, prefix, user, password)
@@ -253,6 +263,8 @@ class Peer(Link):
         if Counter(before.rejected) - Counter(now.rejected):
             # A node that has started over. What it has refused since then is new.
             grown = Counter(now.rejected)
+        for reason in OF_OTHERS[self.role]:
+            del grown[reason]
         if grown:
             self.rejected += grown
             known = ", ".join(f"{count} x {reason}" for reason, count in sorted(grown.items()))
