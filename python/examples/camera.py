@@ -58,8 +58,9 @@ async def main() -> None:
     async with (
         Belt(args.address, "encoder", token=args.token) as belt,
         Camera(args.address, args.name, token=args.token) as camera,
+        asyncio.TaskGroup() as group,
     ):
-        following = asyncio.create_task(belt.follow(world.encoder, every=0.02))
+        following = group.create_task(belt.follow(world.encoder, every=0.02))
         while not world.is_empty():
             # The time of the exposure, not that at which the picture was evaluated.
             stamp = time.time()
@@ -76,7 +77,7 @@ async def main() -> None:
 if __name__ == "__main__":
     try:
         asyncio.run(main())
-    except LineError as error:
-        raise SystemExit(f"camera.py: {error}") from None
-    except KeyboardInterrupt:
+    except* LineError as error:
+        raise SystemExit(f"camera.py: {error.exceptions[0]}") from None
+    except* KeyboardInterrupt:
         raise SystemExit(130) from None

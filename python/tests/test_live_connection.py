@@ -332,6 +332,25 @@ def test_a_node_that_falls_silent_is_left(monkeypatch: pytest.MonkeyPatch) -> No
     run(play())
 
 
+@needs_program
+def test_a_program_that_is_held_up_does_not_blame_the_node(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(link, "SILENCE", 0.3)
+    monkeypatch.setattr(link, "SILENT_PERIODS", 1)
+
+    # The node is another program, which goes on while this one does nothing.
+    async def play() -> None:
+        async with node("--status-every", "0.05") as line, Camera(line.address) as camera:
+            for _ in range(5):
+                await camera.next_status()
+            for _ in range(3):
+                time.sleep(0.5)
+                for _ in range(5):
+                    await camera.next_status()
+            assert camera.connections == 1 and camera.is_connected
+
+    run(play())
+
+
 def test_a_node_that_never_answers_the_hello(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(link, "OPEN_TIMEOUT", 0.1)
 

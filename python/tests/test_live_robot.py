@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import logging
 import time
+import traceback
 from collections.abc import Callable
 
 import pytest
@@ -16,6 +17,7 @@ from test_live_connection import STATUS
 from pickline.live import (
     LineError,
     Overflow,
+    Refused,
     ResultsLost,
     Robot,
     TaskDropped,
@@ -437,6 +439,28 @@ def test_tasks_have_a_bound(monkeypatch: pytest.MonkeyPatch) -> None:
     play(test)
 
 
+def test_a_robot_that_the_station_does_not_have() -> None:
+    async def test(line: Line, robot: Robot) -> None:
+        taking = asyncio.create_task(take(robot))
+        await line.idle()
+        other = {"name": "r2", "state": "idle", "picked": 0, "failed": 0}
+        line.status(robots=[{**other, "name": "r1"}, other])
+        await eventually(lambda: robot.status, "a status")
+        line.status(robots=[other])
+        with pytest.raises(Refused, match="no robot `r1`"):
+            await taking
+        with pytest.raises(Refused) as caught:
+            await take(robot)
+        depth = len(list(traceback.walk_tb(caught.tb)))
+        for _ in range(50):
+            with pytest.raises(Refused) as caught:
+                await take(robot)
+        assert len(list(traceback.walk_tb(caught.tb))) == depth
+        assert not robot.is_open
+
+    play(test)
+
+
 def test_one_result_of_each_task() -> None:
     async def test(line: Line, robot: Robot) -> None:
         taking = asyncio.create_task(take(robot))
@@ -511,6 +535,27 @@ def test_a_node_that_starts_over_gives_its_numbers_to_other_tasks(caplog: pytest
     with caplog.at_level(logging.WARNING, "pickline.live"):
         play(test)
     assert any("--journal" in record.message for record in caplog.records)
+
+
+def test_a_clock_that_is_set_makes_no_other_task() -> None:
+    async def test(line: Line, robot: Robot) -> None:
+        taking = asyncio.create_task(take(robot))
+        await line.idle()
+        first = line.task(7, meet_at=time.time() + 1000)
+        work = await taking
+        await line.until("ack", 1)
+        moments = ("decided_at", "start", "earliest_start", "latest_start", "meet_at", "free_at")
+        # The node sends it as it stands, and then in a new revision.
+        line.task(7, **{name: first[name] + 3600 for name in moments})
+        line.task(7, 1, **{name: first[name] - 3600 for name in moments})
+        await line.until("ack", 3)
+        assert work.is_open and work.task.revision == 1 and not robot._waiting
+        work.picked()
+        line.task(7, 1, **{name: first[name] for name in moments})
+        await line.until("result", 2)
+        assert not robot._waiting
+
+    play(test)
 
 
 def test_results_for_a_node_that_has_started_over_are_not_sent() -> None:

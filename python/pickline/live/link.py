@@ -44,6 +44,9 @@ SILENCE = 5.0
 SILENT_PERIODS = 10
 """... and after this many of its intervals."""
 
+READ_TIME = 0.1
+"""In this time what the system has received is read [s]."""
+
 AT_ONCE = 256
 """Maximum number of messages in one write."""
 
@@ -126,7 +129,8 @@ class Link:
 
     def _check_open(self) -> None:
         if self._failure is not None:
-            raise self._failure
+            # The same error may be raised often, and must not collect where.
+            raise self._failure.with_traceback(None)
         if self._runner is None or self._is_closing:
             problem = "it is not open" if self._runner is None else "it is closed"
             cure = f"use it within `async with {type(self).__name__}(...)`"
@@ -315,6 +319,7 @@ class Link:
     async def _watch(self) -> None:
         """Ends a connection over which nothing comes any more, although statuses did. A cable that
         was pulled shows in no other way."""
+        was_silent = False
         while True:
             times = list(self._status_times)
             if len(times) < 3:
@@ -323,9 +328,15 @@ class Link:
             period = statistics.median(b - a for a, b in itertools.pairwise(times))
             allowed = max(SILENCE, SILENT_PERIODS * period)
             left = self._heard_at + allowed - time.monotonic()
+            if left <= 0 and not was_silent:
+                # If this program was held up, what has come meanwhile is read now.
+                was_silent = True
+                await asyncio.sleep(READ_TIME)
+                continue
             if left <= 0:
                 problem = f"the node has sent nothing for {allowed:.1f} s"
                 raise Lost(self._place, problem, "check the network and the node")
+            was_silent = False
             await asyncio.sleep(left)
 
 

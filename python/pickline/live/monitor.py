@@ -145,10 +145,13 @@ class Operator(Peer):
 
     def _shows(self, order: Order) -> Callable[[], bool]:
         """Whether a status that came after an order shows it."""
-        last, count = self.status, 0
+        last, count, connection = self.status, 0, self.connections
 
         def shows() -> bool:
-            nonlocal last, count
+            nonlocal last, count, connection
+            if connection != self.connections:
+                # The order was given again.
+                count, connection = 0, self.connections
             if self.status is last or not self._is_up:
                 return False
             last, count = self.status, count + 1

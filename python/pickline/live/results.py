@@ -30,7 +30,10 @@ USEFUL = 180.0
 """The node takes no result that is later than this [s], so it need not be kept as undelivered."""
 
 DECIDED_AGAIN = 1.0
-"""A known task number that was decided this much later [s] is that of another task."""
+"""A known task that was decided so much earlier or later [s] is another one, or a clock was set."""
+
+SAME = 1e-4
+"""Two times [s] or positions [m] of one task differ by less."""
 
 
 FACTS = (Verdict.PICKED, Verdict.GRASP_FAIL, Verdict.MISSED)
@@ -65,10 +68,24 @@ class Done:
 
 def is_other_task(known: Task, task: Task) -> bool:
     """Whether `task` is another one than that known under its number, because the node has started
-    over without its journal. The times of one task differ if a clock was set, and its item may get
-    another name; then its revision is higher."""
-    moved = task.decided_at - known.decided_at > DECIDED_AGAIN
-    return moved and (task.revision <= known.revision or task.item != known.item)
+    over without its journal.
+
+    The times of one task all move by the same when a clock is set. Its item may get another name,
+    but in a higher revision only. MQTT may deliver an older revision after a newer one.
+    """
+    if abs(task.decided_at - known.decided_at) <= DECIDED_AGAIN:
+        return False
+    if task.revision > known.revision:
+        return task.item != known.item
+    return task.revision < known.revision or any(
+        abs(now - before) > SAME for now, before in zip(_shape(task), _shape(known), strict=True)
+    )
+
+
+def _shape(task: Task) -> tuple[float, ...]:
+    """What is the same of a task whatever the clock says."""
+    since = task.decided_at
+    return (task.meet.x, task.meet.y, task.start - since, task.meet_at - since, task.free_at - since)
 
 
 class Results:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections import deque
 from collections.abc import Awaitable, Callable
 from dataclasses import replace
 from typing import Any, ClassVar, Self
 
-from .errors import BadMessage, Closed, LineError, Overflow, ResultsLost, TaskDropped, Unfinished
+from .errors import BadMessage, Closed, LineError, Overflow, Refused, ResultsLost, TaskDropped, Unfinished
 from .messages import (
     Ack,
     BeltState,
@@ -36,6 +37,9 @@ MOST_UNDELIVERED = 1000
 OLDEST = 50.0
 """A report with an older timestamp [s] is sent with the present one: the node refuses those of a
 minute ago."""
+
+STARTING = 30.0
+"""For this time after its start [s] a controller may be sent tasks of an earlier one."""
 
 NEWER = 1e-3
 """The difference of two timestamps that have an order [s]."""
@@ -99,6 +103,7 @@ class Robot(Peer):
         self._left: dict[int, str] | None = None
         # Tasks that were decided before this time are those of an earlier controller [s].
         self._born: float | None = None
+        self._began = 0.0
         self._available_at: float | None = None
         self.fault_reason: str | None = None
         """Why it is out of service; none if it is in service."""
@@ -291,7 +296,7 @@ class Robot(Peer):
         state = self._state()
         if self._born is None:
             # A state ends a fault if it is newer.
-            self._born = max(0.0, state.stamp - NEWER)
+            self._born, self._began = max(0.0, state.stamp - NEWER), time.monotonic()
             messages.append(RobotStatus(self._born, self.robot, RobotState.FAULT))
         messages.append(state)
         return messages
@@ -339,11 +344,16 @@ class Robot(Peer):
             if work._is_taken:
                 self._push(Ack(self.clock(), task.id))
             return
-        if self._born is not None and task.decided_at < self._born:
+        if self._is_of_an_earlier_controller(task):
             # The fault at the start takes it back; then the node asks to drop it.
             return
         if len(self._waiting) < MOST_WAITING:
             self._waiting.append(Work(self, task))
+
+    def _is_of_an_earlier_controller(self, task: Task) -> bool:
+        # Later on its clock may be set back; the node knows of the fault then.
+        is_new = time.monotonic() - self._began < STARTING
+        return is_new and self._born is not None and task.decided_at < self._born
 
     def _known_work(self, task: int) -> Work | None:
         for work in (self._work, *self._waiting):
@@ -371,6 +381,12 @@ class Robot(Peer):
             self._changes.tell()
 
     def _hear_status(self, status: Status) -> None:
+        names = [robot.name for robot in status.robots]
+        if names and self.robot not in names:
+            # Over TCP the hello was refused; over MQTT nobody has looked.
+            known = ", ".join(names)
+            problem = f"the node has no robot `{self.robot}`"
+            raise Refused(self._place, problem, f"give one of {known}", problem, is_final=True)
         before, self._before = self._before, status
         if before is not None and status.picked < before.picked and status.stamp > before.stamp:
             # What it does not know of, it does not ask for, and the numbers may mean other tasks.
