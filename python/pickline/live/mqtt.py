@@ -176,13 +176,12 @@ class MqttSession(Session):
         self._inbox: asyncio.Queue[tuple[str, bytes] | LineError] = asyncio.Queue()
         self._connected: asyncio.Future[int] = self._loop.create_future()
         self._subscribed: asyncio.Future[list[int]] = self._loop.create_future()
-        self._published: dict[int, asyncio.Future[int]] = {}
-        # Acknowledgements that came before `publish` had returned.
-        self._early: dict[int, int] = {}
+        # Topics and futures of what the broker has not acknowledged.
+        self._published: dict[int, tuple[str, asyncio.Future[int]]] = {}
         self._node: str | None = None
         self._client: Any = None
         self._connecting: asyncio.Future[Any] | None = None
-        self._ended: Lost | None = None
+        self._ended: LineError | None = None
         # What came before the node was there.
         self._first: deque[tuple[str, bytes]] = deque()
         self.answer = Answer(accepted=True)
@@ -221,23 +220,33 @@ class MqttSession(Session):
             future.set_result(value)
 
     def _acknowledged(self, mid: int, code: int) -> None:
-        future = self._published.pop(mid, None)
+        # `publish` has returned: this runs in the same loop.
+        topic, future = self._published.pop(mid, ("", None))
         if future is None:
-            self._early[mid] = code
-        else:
-            self._settle(future, code)
+            return
+        if code >= 0x80:
+            # Mosquitto closes the connection then. This has to be known first.
+            problem = f"the broker refuses messages on {topic} (code {code:#x})"
+            cure = "allow this user to publish on the topics in docs/mqtt.md"
+            self._end(Refused(self._place, problem, cure, is_final=code == NOT_AUTHORIZED))
+        self._settle(future, code)
+
+    def _end(self, error: LineError) -> LineError:
+        """The session is over, for the first reason that there is."""
+        if self._ended is None:
+            self._ended = error
+            self._inbox.put_nowait(error)
+        return self._ended
 
     def _lose(self, why: str, code: int = 0) -> None:
         cure = "check the broker and the network"
         if code == TAKEN_OVER:
             cure = "another client has the same client id"
-        if self._ended is None:
-            self._ended = Lost(self._place, f"the connection to the broker has ended: {why}", cure)
-            self._inbox.put_nowait(self._ended)
+        ended = self._end(Lost(self._place, f"the connection to the broker has ended: {why}", cure))
         waited: list[asyncio.Future[Any]] = [self._connected, self._subscribed]
-        for future in (*waited, *self._published.values()):
+        for future in (*waited, *(future for _, future in self._published.values())):
             if not future.done():
-                future.set_exception(self._ended)
+                future.set_exception(ended)
                 # Nobody may be waiting for it.
                 future.exception()
         self._published.clear()
@@ -268,9 +277,7 @@ class MqttSession(Session):
             self._leave("the node has left the broker")
 
     def _leave(self, why: str) -> None:
-        if self._ended is None:
-            self._ended = Lost(self._place, why, "see that `pickline run --mqtt` runs with this broker")
-            self._inbox.put_nowait(self._ended)
+        self._end(Lost(self._place, why, "see that `pickline run --mqtt` runs with this broker"))
 
     # The connection.
 
@@ -372,14 +379,11 @@ class MqttSession(Session):
     async def send(self, messages: Sequence[ToNode]) -> None:
         for start in range(0, len(messages), IN_FLIGHT):
             window = [self._publish(message) for message in messages[start : start + IN_FLIGHT]]
-            codes = await asyncio.gather(*(future for _, future in window))
-            for (topic, _), code in zip(window, codes, strict=True):
-                if code >= 0x80:
-                    problem = f"the broker refuses messages on {topic} (code {code:#x})"
-                    cure = "allow this user to publish on the topics in docs/mqtt.md"
-                    raise Refused(self._place, problem, cure, is_final=code == NOT_AUTHORIZED)
+            codes = await asyncio.gather(*window)
+            if self._ended is not None and any(code >= 0x80 for code in codes):
+                raise self._ended
 
-    def _publish(self, message: ToNode) -> tuple[str, asyncio.Future[int]]:
+    def _publish(self, message: ToNode) -> asyncio.Future[int]:
         """Hands a message to the client, which keeps the order."""
         if self._ended is not None:
             raise self._ended
@@ -387,15 +391,12 @@ class MqttSession(Session):
         topic = self._topic(f"{message.kind}/{level(self._hello.name)}")
         options = properties("PUBLISH", MessageExpiryInterval=MESSAGE_EXPIRY, ContentType="application/json")
         info = self._client.publish(topic, encode(message), qos=1, properties=options)
+        if info.rc != 0:
+            cure = "check the broker"
+            raise self._end(Lost(self._place, f"the broker is not connected (code {info.rc})", cure))
         future: asyncio.Future[int] = self._loop.create_future()
-        code = self._early.pop(info.mid, None)
-        if code is not None:
-            future.set_result(code)
-        elif info.rc != 0:
-            raise Lost(self._place, f"the broker is not connected (code {info.rc})", "check the broker")
-        else:
-            self._published[info.mid] = future
-        return topic, future
+        self._published[info.mid] = topic, future
+        return future
 
     async def receive(self) -> FromNode | None:
         what = self._first.popleft() if self._first else await self._inbox.get()
