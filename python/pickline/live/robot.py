@@ -109,6 +109,7 @@ class Robot(Peer):
         """Why it is out of service; none if it is in service."""
         self._takes_tasks = False
         self._is_iterated = False
+        self._is_leaving = False
         self._before: Status | None = None
 
     def _robots(self) -> tuple[str, ...]:
@@ -148,10 +149,7 @@ class Robot(Peer):
                 if not self._takes_tasks and self.fault_reason is None:
                     self._takes_tasks = True
                     self._say_state()
-                await self._until(
-                    lambda: (self._waiting and self.fault_reason is None)
-                    or (self.fault_reason is None and not self._takes_tasks)
-                )
+                await self._until(self._may_go_on)
         except Closed:
             raise StopAsyncIteration from None
         finally:
@@ -160,6 +158,13 @@ class Robot(Peer):
             if was_idle and not self._is_working():
                 # The caller was cancelled.
                 self._say_state()
+
+    def _may_go_on(self) -> bool:
+        """Whether there is something to do for a program that waits for a task."""
+        if self.fault_reason is not None or self._is_leaving:
+            return False
+        # After a fault it has to say again that it takes tasks.
+        return bool(self._waiting) or not self._takes_tasks
 
     def _check_unfinished(self) -> None:
         work = self._work
@@ -173,7 +178,7 @@ class Robot(Peer):
             raise Unfinished(self._place, problem, cure)
 
     def _next_work(self) -> Work | None:
-        if self.fault_reason is not None:
+        if self.fault_reason is not None or self._is_leaving:
             return None
         self._check_open()
         while self._waiting:
@@ -220,6 +225,8 @@ class Robot(Peer):
         if self.fault_reason is None:
             self.fault_reason = reason or "fault"
             self._takes_tasks = False
+            if self._work is not None and self._work.is_open:
+                self._work._fault = self.fault_reason
             self._warn(f"{self._place}: out of service: {self.fault_reason}")
         self._say_state()
         self._changes.tell()
@@ -270,7 +277,7 @@ class Robot(Peer):
             state = RobotState.FAULT
         elif self._is_working():
             pass
-        elif self._takes_tasks:
+        elif self._takes_tasks and not self._is_leaving:
             state = RobotState.IDLE
             if self._available_at is not None and self._available_at > now:
                 # An `idle` without this would end the wait that the result has announced.
@@ -450,9 +457,12 @@ class Robot(Peer):
     # The end.
 
     async def _farewell(self) -> None:
+        self._is_leaving = True
         if self._is_working():
             # The node need not wait for a result that will not come.
             self.fault("the program ends with a task in hand")
+        else:
+            self._say_state()
         await super()._farewell()
         self._left = self._results.unwritten()
 

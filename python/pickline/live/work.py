@@ -40,6 +40,8 @@ class Work:
         self.cancel: Cancel | None = None
         self.result: Verdict | None = None
         self._is_taken = False
+        # The fault in which the robot gave it up, even if that is over.
+        self._fault: str | None = None
         # Whether the node that gave it has forgotten it.
         self._is_orphan = False
 
@@ -59,7 +61,7 @@ class Work:
         times meanwhile, it waits for the new one.
 
         Raises:
-            TaskDropped: The node wants the task dropped, or the robot is out of service.
+            TaskDropped: The node wants the task dropped, or the robot was out of service.
         """
         if moment not in MOMENTS:
             raise BadMessage("`moment`", f"there is no `{moment}`", "give start, meet_at or free_at")
@@ -94,24 +96,24 @@ class Work:
         """Waits until the task changes, is cancelled, or some time [s] has passed."""
         task, cancel = self.task, self.cancel
         robot = self._robot
-        was_open, fault = robot.is_open, robot.fault_reason
+        was_open, fault = robot.is_open, self._fault
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(timeout):
                 await robot._changes.until(
                     lambda: self.task is not task
                     or self.cancel is not cancel
                     or robot.is_open is not was_open
-                    or robot.fault_reason is not fault
+                    or self._fault is not fault
                 )
 
     def check(self) -> None:
-        """Raises `TaskDropped` if the node wants the task dropped, or the robot is out of service."""
+        """Raises `TaskDropped` if the node wants the task dropped, or the robot was out of service."""
         cure = "go back and report `dropped`, or the actual result if it was too late"
-        fault = self._robot.fault_reason
         if self.cancel is not None:
             raise TaskDropped(f"task {self.task.id}", f"cancelled: {self.cancel.reason}", cure)
-        if fault is not None:
-            raise TaskDropped(f"task {self.task.id}", f"the robot is out of service: {fault}", cure)
+        if self._fault is not None:
+            problem = f"the robot was out of service: {self._fault}"
+            raise TaskDropped(f"task {self.task.id}", problem, cure)
 
     def picked(self, *, available_at: float | None = None, found: Place | None = None) -> None:
         """The item is in the bin."""
