@@ -390,7 +390,7 @@ def test_pictures_that_may_be_lost_are_sent_again_in_order() -> None:
             await eventually(lambda: camera.last_trouble, "the lost connection")
             # Without a connection, or over the next one.
             await camera.report([{"x": 0.5, "y": 0, "id": "c"}], now)
-            await eventually(lambda: len(heard) > 1, "another connection")
+            await eventually(lambda: len(heard) > 1 and len(heard[1]) >= 3, "the pictures again")
         first, second = heard[0], heard[1]
         assert [message.get("id") for message in first] == [None, "a", "b", "break"]
         assert {message["source"] for message in first} == {"north"}

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import dataclasses
+import inspect
 import json
 import math
 import random
+import re
 import subprocess
 import time
 import types
@@ -142,13 +144,12 @@ def check_class(schema: dict, node: dict, cls: type, place: str) -> None:
         may_be_none = type(None) in typing.get_args(hints[one.name])
         assert may_be_none == accepts_null(properties[name]), where
         check_type(schema, properties[name], hints[one.name], where)
-        doc = cls.__doc__ or ""
-        assert f"        {one.name}: " in doc, f"{where} is not described"
+        doc = inspect.cleandoc(cls.__doc__ or "")
+        assert f"\n    {one.name}: " in doc, f"{where} is not described"
         unit = [word for word in ("[s]", "[m]", "[m/s]", "[rad]", "[ms]", "[cm^2]", "[m^2]")
                 if word in properties[name].get("description", "")]
-        described = doc.split(f"        {one.name}: ", 1)[1].split("\n        ", 1)[0]
-        following = doc.split(f"        {one.name}: ", 1)[1][:300]
-        assert all(word in described or word in following for word in unit), f"{where} has no unit"
+        described = re.split(r"\n    (?=\w+: )", doc.split(f"\n    {one.name}: ", 1)[1], maxsplit=1)[0]
+        assert all(word in described for word in unit), f"{where} has no unit: {unit}"
 
 
 @needs_program
