@@ -373,7 +373,8 @@ def test_the_node_refuses_what_is_refused_here_and_takes_what_is_taken() -> None
                     f"the refusal of {text}",
                 )
                 assert set(monitor.status.rejected) <= {"value", "field", "stamp", "syntax"}
-                writer.transport.abort()
+                writer.close()
+                await writer.wait_closed()
             refused = dict(monitor.status.rejected)
             async with Camera(line.address) as camera:
                 x = 0.0
