@@ -7,6 +7,7 @@
     python3 tests/load/load.py --watchers 8              # with so many at the dashboard
     python3 tests/load/load.py --strategy onnx:FILE      # any strategy of `run`
     python3 tests/load/load.py --clock messages --items 1000000
+    python3 tests/load/load.py --station delta --robots 6 --rate 15 --items 900
 
 Prints what the node says at its end, what the thread that decides had of a core, and how
 its memory went. Ends with 1 where anything was lost: an item that was not seen, or is in no
@@ -21,16 +22,17 @@ import sys
 import tempfile
 import threading
 import time
+import tomllib
 import urllib.request
 from pathlib import Path
 
 from broker import broker, free_port
 from line import Brokered, Pipes
 
-# Just slower than the arms of 0.5 m/s.
-BELT_SPEED = 0.45
-# Width of the built-in station's belt [m].
-WIDTH = 1.05
+# The belt of the station `paper` [m/s], just slower than its arms of 0.5 m/s.
+FAST_BELT = 0.45
+# Detections within this distance of an item show that item, where items are far apart [m].
+TOLERANCE = 0.015
 
 
 def parse_arguments():
@@ -38,6 +40,7 @@ def parse_arguments():
     parser.add_argument("--pickline", default="target/release/pickline", help="the program")
     parser.add_argument("--strategy", default="SPT,FIFO", help="of the node")
     parser.add_argument("--budget-ms", help="of each decision")
+    parser.add_argument("--station", default="paper", help="a built-in one or a file")
     parser.add_argument("--robots", default="2")
     parser.add_argument("--rate", type=float, default=1000, help="detections a second")
     parser.add_argument("--items", type=int, default=60_000)
@@ -91,12 +94,23 @@ def cores(process):
     return int(spent[0]) / 1e9, int(spent[1]) / 1e9
 
 
+def belt_of(options):
+    """Width [m] and speed [m/s] of the belt."""
+    show = [options.pickline, "station", "show", "--station", options.station]
+    shown = subprocess.run(show, check=True, capture_output=True).stdout
+    belt = tomllib.loads(shown.decode())["belt"]
+    return belt["width"], FAST_BELT if options.station == "paper" else belt["speed"]
+
+
 def main():
     options = parse_arguments()
-    step = (WIDTH * BELT_SPEED / options.rate) ** 0.5
-    line = ["--robots", options.robots, "--belt-speed", str(BELT_SPEED), "--clock", options.clock]
-    # The items of this belt are nearer to each other than those of others.
-    run = ["run", *line, "--strategy", options.strategy, "--tolerance", str(step / 2)]
+    width, speed = belt_of(options)
+    step = (width * speed / options.rate) ** 0.5
+    line = ["--station", options.station, "--robots", options.robots, "--belt-speed", str(speed)]
+    line += ["--clock", options.clock]
+    # On a dense belt items are nearer to each other than elsewhere.
+    tolerance = str(min(step / 2, TOLERANCE))
+    run = ["run", *line, "--strategy", options.strategy, "--tolerance", tolerance]
     if options.budget_ms:
         run += ["--budget-ms", options.budget_ms]
     if options.watchers:
@@ -106,7 +120,8 @@ def main():
         folder = stack.enter_context(tempfile.TemporaryDirectory())
         pattern = f"{folder}/pattern.csv"
         grid = ["pattern", "generate", "grid", "--spacing", str(step), "--count"]
-        subprocess.run([options.pickline, *grid, str(options.items), "--output", pattern], check=True)
+        grid += [str(options.items), "--station", options.station, "--output", pattern]
+        subprocess.run([options.pickline, *grid], check=True)
         emulate = ["emulate", *line, "--pattern", pattern]
         began = time.monotonic()
         if options.mqtt:

@@ -3,10 +3,10 @@
 use super::report::TrainingReport;
 
 impl TrainingReport {
-    /// The picking rates of the policy beside those of the rules, one line per trial.
+    /// The weighted rates of the policy beside those of the rules, one line per trial.
     pub(super) fn text(&self) -> String {
         let mut text = String::from(
-            "picking rates [1/min]: [SPT; FIFO], greedy GT (game theory), the policy\n",
+            "weighted rates [1/min]: [SPT; FIFO], greedy GT (game theory), the policy\n",
         );
         for trial in &self.record.trials {
             text += &format!(
