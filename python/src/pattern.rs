@@ -1,0 +1,231 @@
+//! Patterns.
+
+use crate::arrays::{array, numbers, optional_names, optional_numbers};
+use crate::errors::exception;
+use crate::scalars;
+use crate::station::Station;
+use crate::work;
+use numpy::PyArray1;
+use pickline::Item;
+use pickline::pattern::{self, Attributes, ClassShares, Feed, PatternSource, Recipe};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// The items of one run, furthest downstream first; it cannot be changed.
+#[pyclass(frozen, module = "pickline", eq)]
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Pattern {
+    pub(crate) inner: Arc<pickline::Pattern>,
+}
+
+impl From<pickline::Pattern> for Pattern {
+    fn from(pattern: pickline::Pattern) -> Self {
+        Self {
+            inner: Arc::new(pattern),
+        }
+    }
+}
+
+/// Checks that the column `name` has a value for every item.
+fn check_length<T>(name: &str, values: Option<&Vec<T>>, items: usize) -> PyResult<()> {
+    match values.map(Vec::len) {
+        Some(length) if length != items => Err(PyValueError::new_err(format!(
+            "{name}: {length} values for {items} items\n  cure: give one for every x"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// The belt width [m] of `given`, a number or a station.
+fn width_of(given: &Bound<'_, PyAny>) -> PyResult<f64> {
+    match given.cast::<Station>() {
+        Ok(station) => Ok(station.get().inner.belt().width),
+        Err(_) => given.extract(),
+    }
+}
+
+#[pymethods]
+impl Pattern {
+    #[new]
+    #[pyo3(signature = (x, y, *, id = None, area_cm2 = None, p_detection = None, p_grasp = None,
+        weight = None, item_class = None, true_class = None))]
+    #[expect(clippy::too_many_arguments, reason = "one for each column")]
+    fn new(
+        x: &Bound<'_, PyAny>,
+        y: &Bound<'_, PyAny>,
+        id: Option<&Bound<'_, PyAny>>,
+        area_cm2: Option<&Bound<'_, PyAny>>,
+        p_detection: Option<&Bound<'_, PyAny>>,
+        p_grasp: Option<&Bound<'_, PyAny>>,
+        weight: Option<&Bound<'_, PyAny>>,
+        item_class: Option<&Bound<'_, PyAny>>,
+        true_class: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let (x, y) = (numbers("x", x)?, numbers("y", y)?);
+        check_length("y", Some(&y), x.len())?;
+        let number = |name, given| {
+            let values = optional_numbers(name, given)?;
+            check_length(name, values.as_ref(), x.len())?;
+            Ok::<_, PyErr>(values.unwrap_or_else(|| vec![None; x.len()]))
+        };
+        let text = |name, given| {
+            let values = optional_names(name, given)?;
+            check_length(name, values.as_ref(), x.len())?;
+            Ok::<_, PyErr>(values.unwrap_or_else(|| vec![None; x.len()]))
+        };
+        let ids = text("id", id)?;
+        let areas = number("area_cm2", area_cm2)?;
+        let detections = number("p_detection", p_detection)?;
+        let grasps = number("p_grasp", p_grasp)?;
+        let weights = number("weight", weight)?;
+        let classes = text("item_class", item_class)?;
+        let true_classes = text("true_class", true_class)?;
+        let item = |i: usize| Item {
+            id: ids[i].clone().unwrap_or_else(|| (i + 1).to_string()),
+            x0: x[i],
+            y: y[i],
+            area_cm2: areas[i],
+            p_detection: detections[i],
+            p_grasp: grasps[i],
+            weight: weights[i],
+            class: classes[i].clone(),
+            true_class: true_classes[i].clone(),
+        };
+        let items = (0..x.len()).map(item).collect();
+        let pattern = pickline::Pattern::new(items).map_err(exception)?;
+        Ok(pattern.into())
+    }
+
+    #[staticmethod]
+    fn from_csv(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        Ok(work::quick(py, || pattern::load(&path))?.pattern.into())
+    }
+
+    #[staticmethod]
+    #[pyo3(signature = (text, *, name = "the pattern"))]
+    fn from_csv_text(text: &str, name: &str) -> PyResult<Self> {
+        Ok(pattern::parse(text, name).map_err(exception)?.into())
+    }
+
+    #[staticmethod]
+    fn grid(
+        width: &Bound<'_, PyAny>,
+        spacing: f64,
+        #[pyo3(from_py_with = scalars::count)] items: usize,
+    ) -> PyResult<Self> {
+        let pattern = pattern::grid(width_of(width)?, spacing, items).map_err(exception)?;
+        Ok(pattern.into())
+    }
+
+    #[staticmethod]
+    #[pyo3(signature = (width, radius, items, *, seed = 1))]
+    fn poisson(
+        py: Python<'_>,
+        width: &Bound<'_, PyAny>,
+        radius: f64,
+        #[pyo3(from_py_with = scalars::count)] items: usize,
+        #[pyo3(from_py_with = scalars::seed)] seed: u64,
+    ) -> PyResult<Self> {
+        let width = width_of(width)?;
+        let mut rng = pattern::random_stream(seed, 0);
+        let pattern = work::quick(py, || pattern::poisson_disk(width, radius, items, &mut rng))?;
+        Ok(pattern.into())
+    }
+
+    #[staticmethod]
+    #[pyo3(signature = (station, flow, items, *, seed = 1))]
+    fn random(
+        py: Python<'_>,
+        station: &Station,
+        flow: f64,
+        #[pyo3(from_py_with = scalars::count)] items: usize,
+        #[pyo3(from_py_with = scalars::seed)] seed: u64,
+    ) -> PyResult<Self> {
+        let source = PatternSource::Feed {
+            feed: Feed::Random,
+            flow: Some(flow),
+            count: 1,
+        };
+        let recipe = Recipe::new(*station.inner.belt(), items, seed);
+        let mut set = work::quick(py, || source.build(&recipe))?.patterns;
+        let missing = || PyValueError::new_err("the feed gives no pattern");
+        Ok(set.pop().ok_or_else(missing)?.into())
+    }
+
+    fn to_csv(&self) -> String {
+        pattern::to_csv(&self.inner)
+    }
+
+    #[getter]
+    fn x<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        array(py, self.inner.items().iter().map(|item| item.x0))
+    }
+
+    #[getter]
+    fn y<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        array(py, self.inner.items().iter().map(|item| item.y))
+    }
+
+    #[getter]
+    fn reward<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        array(py, self.inner.items().iter().map(Item::reward))
+    }
+
+    #[getter]
+    fn id(&self) -> Vec<String> {
+        let items = self.inner.items().iter();
+        items.map(|item| item.id.clone()).collect()
+    }
+
+    #[getter]
+    fn item_class(&self) -> Vec<Option<String>> {
+        let items = self.inner.items().iter();
+        items.map(|item| item.class.clone()).collect()
+    }
+
+    fn __len__(&self) -> usize {
+        self.inner.len()
+    }
+
+    fn __repr__(&self) -> String {
+        let from = self.inner.items().last().map_or(0.0, |item| item.x0);
+        format!("<Pattern of {} items, x from {from} m>", self.inner.len())
+    }
+
+    fn __copy__(&self) -> Self {
+        self.clone()
+    }
+
+    fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> Self {
+        self.clone()
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
+        let read = py.get_type::<Self>().getattr("from_csv_text")?;
+        Ok((read, (self.to_csv(),)))
+    }
+}
+
+/// The patterns of a source, as after `--patterns` of the program.
+#[pyfunction]
+#[pyo3(signature = (source, station, *, items = 50, flow = None, classes = None,
+    seed = 1))]
+pub(crate) fn patterns(
+    py: Python<'_>,
+    source: &str,
+    station: &Station,
+    #[pyo3(from_py_with = scalars::count)] items: usize,
+    flow: Option<f64>,
+    classes: Option<&str>,
+    #[pyo3(from_py_with = scalars::seed)] seed: u64,
+) -> PyResult<Vec<Pattern>> {
+    let source: PatternSource = source.parse().map_err(exception)?;
+    let source = source.with_flow(flow).map_err(exception)?;
+    let classes: Option<ClassShares> = classes.map(str::parse).transpose().map_err(exception)?;
+    let recipe = Recipe::new(*station.inner.belt(), items, seed)
+        .with_attributes(Attributes::default().with_classes(classes));
+    let set = work::parallel(py, || source.build(&recipe))?;
+    Ok(set.patterns.into_iter().map(Pattern::from).collect())
+}

@@ -1,0 +1,125 @@
+//! Stations.
+
+use crate::errors::exception;
+use crate::scalars;
+use pickline::station::{self, BUILT_INS, Overrides};
+use pyo3::prelude::*;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// A belt and the robots along it; it cannot be changed.
+#[pyclass(frozen, module = "pickline", eq)]
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Station {
+    pub(crate) inner: Arc<pickline::Station>,
+}
+
+impl From<pickline::Station> for Station {
+    fn from(station: pickline::Station) -> Self {
+        Self {
+            inner: Arc::new(station),
+        }
+    }
+}
+
+fn overrides(robots: Option<usize>, belt_speed: Option<f64>) -> Overrides {
+    Overrides::default()
+        .with_robots(robots)
+        .with_belt_speed(belt_speed)
+}
+
+#[pymethods]
+impl Station {
+    #[new]
+    #[pyo3(signature = (name = PathBuf::from("paper"), *, robots = None, belt_speed = None))]
+    fn new(
+        name: PathBuf,
+        #[pyo3(from_py_with = scalars::optional_count)] robots: Option<usize>,
+        belt_speed: Option<f64>,
+    ) -> PyResult<Self> {
+        let name = name.to_string_lossy();
+        let station = station::load(&name, overrides(robots, belt_speed)).map_err(exception)?;
+        Ok(station.into())
+    }
+
+    #[staticmethod]
+    #[pyo3(signature = (text, *, name = "the station", robots = None, belt_speed = None))]
+    fn from_toml(
+        text: &str,
+        name: &str,
+        #[pyo3(from_py_with = scalars::optional_count)] robots: Option<usize>,
+        belt_speed: Option<f64>,
+    ) -> PyResult<Self> {
+        let overrides = overrides(robots, belt_speed);
+        let station = station::parse(text, name, overrides).map_err(exception)?;
+        Ok(station.into())
+    }
+
+    #[staticmethod]
+    fn built_in() -> Vec<&'static str> {
+        BUILT_INS.iter().map(|station| station.name).collect()
+    }
+
+    fn to_toml(&self) -> String {
+        station::to_toml(&self.inner)
+    }
+
+    #[getter]
+    fn hash(&self) -> String {
+        station::station_hash(&self.inner)
+    }
+
+    #[getter]
+    fn robots(&self) -> Vec<String> {
+        let robots = self.inner.robots().iter();
+        robots.map(|robot| robot.name.clone()).collect()
+    }
+
+    #[getter]
+    fn classes(&self) -> Vec<String> {
+        self.inner.class_names().to_vec()
+    }
+
+    #[getter]
+    fn belt_speed(&self) -> f64 {
+        self.inner.belt().speed
+    }
+
+    #[getter]
+    fn belt_length(&self) -> f64 {
+        self.inner.belt().length
+    }
+
+    #[getter]
+    fn belt_width(&self) -> f64 {
+        self.inner.belt().width
+    }
+
+    fn __repr__(&self) -> String {
+        let (belt, robots) = (self.inner.belt(), self.inner.robots().len());
+        format!(
+            "<Station of {robots} robots, belt {} m x {} m at {} m/s, hash {}>",
+            belt.length,
+            belt.width,
+            belt.speed,
+            self.hash()
+        )
+    }
+
+    fn __hash__(&self) -> u64 {
+        u64::from_str_radix(&self.hash(), 16).unwrap_or_default()
+    }
+
+    fn __copy__(&self) -> Self {
+        self.clone()
+    }
+
+    fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> Self {
+        self.clone()
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
+        let read = py.get_type::<Self>().getattr("from_toml")?;
+        Ok((read, (self.to_toml(),)))
+    }
+}
