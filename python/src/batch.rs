@@ -59,7 +59,7 @@ struct State {
     steps: Vec<Step>,
 }
 
-/// Environments on the same patterns; see the Python classes that have one.
+/// The environments behind ``SortingEnv`` and ``SortingVectorEnv``.
 #[pyclass(frozen, module = "pickline._pickline")]
 pub(crate) struct Batch {
     layout: Layout,

@@ -14,6 +14,24 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 /// The items of one run, furthest downstream first; it cannot be changed.
+///
+/// Columns are arrays or lists of one dimension with a value for every item, in any order; in lists
+/// ``None`` is an unknown value.
+///
+/// Args:
+///     x: Position along the travel at time 0 [m], at most 0.
+///     y: Position across the belt from its centre line [m].
+///     id: Unique names; "1", "2", ... if not given.
+///     area_cm2: Area seen from above [cm^2].
+///     p_detection: Probability that the detection is a real item.
+///     p_grasp: Probability that a grasp succeeds.
+///     weight: Explicit reward r, instead of the one computed from the three columns before.
+///     item_class: The class that the item is reported as.
+///     true_class: The class that the item is of.
+///
+/// Raises:
+///     TypeError: A column that does not hold numbers, or texts.
+///     ValueError: Another shape, or a value that the model does not allow, such as NaN.
 #[pyclass(frozen, module = "pickline", eq)]
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Pattern {
@@ -98,17 +116,20 @@ impl Pattern {
         Ok(pattern.into())
     }
 
+    /// Read a pattern file.
     #[staticmethod]
     fn from_csv(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         Ok(work::quick(py, || pattern::load(&path))?.pattern.into())
     }
 
+    /// The pattern of the text of a pattern file, which messages call ``name``.
     #[staticmethod]
     #[pyo3(signature = (text, *, name = "the pattern"))]
     fn from_csv_text(text: &str, name: &str) -> PyResult<Self> {
         Ok(pattern::parse(text, name).map_err(exception)?.into())
     }
 
+    /// A square lattice with this spacing [m] on a belt of this width [m].
     #[staticmethod]
     fn grid(
         width: &Bound<'_, PyAny>,
@@ -119,6 +140,7 @@ impl Pattern {
         Ok(pattern.into())
     }
 
+    /// Items at random, no two closer than ``radius`` [m], with no room for another.
     #[staticmethod]
     #[pyo3(signature = (width, radius, items, *, seed = 1))]
     fn poisson(
@@ -134,6 +156,7 @@ impl Pattern {
         Ok(pattern.into())
     }
 
+    /// A Poisson process of ``flow`` items per minute [1/min] on the belt of a station.
     #[staticmethod]
     #[pyo3(signature = (station, flow, items, *, seed = 1))]
     fn random(
@@ -154,31 +177,37 @@ impl Pattern {
         Ok(set.pop().ok_or_else(missing)?.into())
     }
 
+    /// The pattern as the text of a pattern file; ``from_csv_text`` reads an equal one.
     fn to_csv(&self) -> String {
         pattern::to_csv(&self.inner)
     }
 
+    /// Positions along the travel at time 0 [m], [items].
     #[getter]
     fn x<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         array(py, self.inner.items().iter().map(|item| item.x0))
     }
 
+    /// Positions across the belt [m], [items].
     #[getter]
     fn y<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         array(py, self.inner.items().iter().map(|item| item.y))
     }
 
+    /// Rewards r, before the values of classes [items].
     #[getter]
     fn reward<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         array(py, self.inner.items().iter().map(Item::reward))
     }
 
+    /// Names of the items.
     #[getter]
     fn id(&self) -> Vec<String> {
         let items = self.inner.items().iter();
         items.map(|item| item.id.clone()).collect()
     }
 
+    /// The classes that the items are reported as.
     #[getter]
     fn item_class(&self) -> Vec<Option<String>> {
         let items = self.inner.items().iter();
@@ -208,7 +237,15 @@ impl Pattern {
     }
 }
 
-/// The patterns of a source, as after `--patterns` of the program.
+/// The patterns of a source, as after ``--patterns`` of the program.
+///
+/// Args:
+///     source: ``grid:S``, ``poisson:R:N``, ``balanced:N``, ``FEED:F/min:N``, a file or a folder.
+///     station: The station for whose belt they are.
+///     items: Items per pattern.
+///     flow: Items per minute of a feed that does not say so [1/min].
+///     classes: Classes and their shares, such as ``"pet:0.6,wood:0.4"``.
+///     seed: Seed of everything random.
 #[pyfunction]
 #[pyo3(signature = (source, station, *, items = 50, flow = None, classes = None,
     seed = 1))]

@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use std::ffi::OsString;
 use std::panic::catch_unwind;
 
-/// Runs the program with these words, of which the first is its name, and returns its exit code.
+/// Run the program with these words, of which the first is its name; returns its exit code.
 #[pyfunction]
 pub(crate) fn program(py: Python<'_>, words: Vec<OsString>) -> PyResult<u8> {
     let done = py.detach(|| catch_unwind(|| pickline_cli::call_hosted(&words)));

@@ -42,7 +42,7 @@ pub(crate) fn figures_by_name<'py>(
     Ok(named)
 }
 
-/// One run, as the parts of which the Python side makes its result.
+/// The parts of a :class:`pickline.Simulation`.
 #[pyfunction]
 pub(crate) fn simulate<'py>(
     py: Python<'py>,

@@ -8,6 +8,16 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A belt and the robots along it; it cannot be changed.
+///
+/// Args:
+///     name: The name of a built-in station (``Station.built_in()``), or a station file. A file with
+///         that name comes first.
+///     robots: Number of identical robots on the line; as many as the station has if not given.
+///     belt_speed: Speed of the belt [m/s]; the station's if not given.
+///
+/// Raises:
+///     ValueError: An unknown name, or a value that the model does not allow.
+///     OSError: A file that cannot be read.
 #[pyclass(frozen, module = "pickline", eq)]
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Station {
@@ -42,6 +52,7 @@ impl Station {
         Ok(station.into())
     }
 
+    /// The station of the text of a station file, which messages call ``name``.
     #[staticmethod]
     #[pyo3(signature = (text, *, name = "the station", robots = None, belt_speed = None))]
     fn from_toml(
@@ -55,41 +66,49 @@ impl Station {
         Ok(station.into())
     }
 
+    /// The names of the built-in stations, the default first.
     #[staticmethod]
     fn built_in() -> Vec<&'static str> {
         BUILT_INS.iter().map(|station| station.name).collect()
     }
 
+    /// The station as the text of a station file; ``from_toml`` reads an equal one.
     fn to_toml(&self) -> String {
         station::to_toml(&self.inner)
     }
 
+    /// The hash by which results name the station.
     #[getter]
     fn hash(&self) -> String {
         station::station_hash(&self.inner)
     }
 
+    /// The names of the robots, upstream first.
     #[getter]
     fn robots(&self) -> Vec<String> {
         let robots = self.inner.robots().iter();
         robots.map(|robot| robot.name.clone()).collect()
     }
 
+    /// The names of the classes of items.
     #[getter]
     fn classes(&self) -> Vec<String> {
         self.inner.class_names().to_vec()
     }
 
+    /// Speed of the belt [m/s].
     #[getter]
     fn belt_speed(&self) -> f64 {
         self.inner.belt().speed
     }
 
+    /// Length of the belt [m].
     #[getter]
     fn belt_length(&self) -> f64 {
         self.inner.belt().length
     }
 
+    /// Width of the belt [m].
     #[getter]
     fn belt_width(&self) -> f64 {
         self.inner.belt().width
