@@ -2,11 +2,15 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 
 import pickline
 from pickline import _pickline
+
+# The same cases every time; a failure is not a matter of luck.
+settings.register_profile("pickline", derandomize=True, deadline=None, max_examples=60)
+settings.load_profile("pickline")
 
 EXPECTED = (ValueError, TypeError, OSError, OverflowError)
 

@@ -22,7 +22,7 @@ def test_examples_of_the_readme_run(code, capsys):
 
 
 def test_there_are_examples():
-    assert len(EXAMPLES) == 2
+    assert len(EXAMPLES) == 3
 
 
 def test_examples_of_docstrings_run():
