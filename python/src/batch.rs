@@ -139,8 +139,7 @@ impl Held<'_> {
             let count = state.steps.len();
             if index >= count {
                 return Err(PyValueError::new_err(format!(
-                    "index: {index} of {count} environments\n  cure: give 0 to {}",
-                    count - 1
+                    "index: {index} of {count} environments\n  cure: give a smaller one"
                 )));
             }
             work::quick(py, || {
@@ -200,7 +199,7 @@ impl Batch {
         py: Python<'_>,
         station: &Station,
         patterns: Vec<PyRef<'_, Pattern>>,
-        conditions: ConditionArguments,
+        #[pyo3(from_py_with = ConditionArguments::read)] conditions: ConditionArguments,
         observation: &str,
         #[pyo3(from_py_with = scalars::count)] slots: usize,
         wait: bool,
@@ -209,6 +208,9 @@ impl Batch {
     ) -> PyResult<Self> {
         let view: View = observation.parse().map_err(exception)?;
         let layout = Layout::new(view, slots, wait).map_err(exception)?;
+        if count == 0 {
+            return Err(PyValueError::new_err("num_envs: 0\n  cure: give 1 or more"));
+        }
         let (pick, rate) = reward;
         let reward = Reward { pick, rate };
         let conditions = conditions.resolve(0)?;

@@ -2,7 +2,9 @@
 
 use crate::errors::exception;
 use pickline::sim::{Conditions, Disturbances};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 /// The keyword arguments that conditions are made of.
 #[derive(FromPyObject)]
@@ -17,6 +19,20 @@ pub(crate) struct ConditionArguments {
 }
 
 impl ConditionArguments {
+    /// Reads them from the dictionary that the Python side makes of keyword arguments.
+    pub(crate) fn read(given: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let wrong = |problem: String| {
+            PyTypeError::new_err(format!(
+                "conditions: {problem}\n  cure: give them as keyword arguments, with numbers"
+            ))
+        };
+        let dictionary = given
+            .cast::<PyDict>()
+            .map_err(|error| wrong(error.to_string()))?;
+        let read = dictionary.extract::<Self>();
+        read.map_err(|error| wrong(error.value(given.py()).to_string()))
+    }
+
     /// The conditions, with random events from `seed`.
     pub(crate) fn resolve(&self, seed: u64) -> PyResult<Conditions> {
         let disturbances = Disturbances::default()

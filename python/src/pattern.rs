@@ -1,7 +1,6 @@
 //! Patterns.
 
 use crate::arrays::{array, numbers, optional_names, optional_numbers};
-use crate::errors::exception;
 use crate::scalars;
 use crate::station::Station;
 use crate::work;
@@ -71,6 +70,7 @@ impl Pattern {
         weight = None, item_class = None, true_class = None))]
     #[expect(clippy::too_many_arguments, reason = "one for each column")]
     fn new(
+        py: Python<'_>,
         x: &Bound<'_, PyAny>,
         y: &Bound<'_, PyAny>,
         id: Option<&Bound<'_, PyAny>>,
@@ -112,7 +112,7 @@ impl Pattern {
             true_class: true_classes[i].clone(),
         };
         let items = (0..x.len()).map(item).collect();
-        let pattern = pickline::Pattern::new(items).map_err(exception)?;
+        let pattern = work::quick(py, || pickline::Pattern::new(items))?;
         Ok(pattern.into())
     }
 
@@ -125,18 +125,20 @@ impl Pattern {
     /// The pattern of the text of a pattern file, which messages call ``name``.
     #[staticmethod]
     #[pyo3(signature = (text, *, name = "the pattern"))]
-    fn from_csv_text(text: &str, name: &str) -> PyResult<Self> {
-        Ok(pattern::parse(text, name).map_err(exception)?.into())
+    fn from_csv_text(py: Python<'_>, text: &str, name: &str) -> PyResult<Self> {
+        Ok(work::quick(py, || pattern::parse(text, name))?.into())
     }
 
     /// A square lattice with this spacing [m] on a belt of this width [m].
     #[staticmethod]
     fn grid(
+        py: Python<'_>,
         width: &Bound<'_, PyAny>,
         spacing: f64,
         #[pyo3(from_py_with = scalars::count)] items: usize,
     ) -> PyResult<Self> {
-        let pattern = pattern::grid(width_of(width)?, spacing, items).map_err(exception)?;
+        let width = width_of(width)?;
+        let pattern = work::quick(py, || pattern::grid(width, spacing, items))?;
         Ok(pattern.into())
     }
 
@@ -178,8 +180,8 @@ impl Pattern {
     }
 
     /// The pattern as the text of a pattern file; ``from_csv_text`` reads an equal one.
-    fn to_csv(&self) -> String {
-        pattern::to_csv(&self.inner)
+    fn to_csv(&self, py: Python<'_>) -> PyResult<String> {
+        work::quick(py, || Ok(pattern::to_csv(&self.inner)))
     }
 
     /// Positions along the travel at time 0 [m], [items].
@@ -233,7 +235,7 @@ impl Pattern {
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
         let read = py.get_type::<Self>().getattr("from_csv_text")?;
-        Ok((read, (self.to_csv(),)))
+        Ok((read, (self.to_csv(py)?,)))
     }
 }
 
@@ -258,11 +260,12 @@ pub(crate) fn patterns(
     classes: Option<&str>,
     #[pyo3(from_py_with = scalars::seed)] seed: u64,
 ) -> PyResult<Vec<Pattern>> {
-    let source: PatternSource = source.parse().map_err(exception)?;
-    let source = source.with_flow(flow).map_err(exception)?;
-    let classes: Option<ClassShares> = classes.map(str::parse).transpose().map_err(exception)?;
-    let recipe = Recipe::new(*station.inner.belt(), items, seed)
-        .with_attributes(Attributes::default().with_classes(classes));
-    let set = work::parallel(py, || source.build(&recipe))?;
+    let set = work::parallel(py, || {
+        let source: PatternSource = source.parse()?;
+        let classes: Option<ClassShares> = classes.map(str::parse).transpose()?;
+        let recipe = Recipe::new(*station.inner.belt(), items, seed)
+            .with_attributes(Attributes::default().with_classes(classes));
+        source.with_flow(flow)?.build(&recipe)
+    })?;
     Ok(set.patterns.into_iter().map(Pattern::from).collect())
 }

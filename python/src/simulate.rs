@@ -49,7 +49,7 @@ pub(crate) fn simulate<'py>(
     station: &Station,
     pattern: &Pattern,
     strategy: &str,
-    conditions: ConditionArguments,
+    #[pyo3(from_py_with = ConditionArguments::read)] conditions: ConditionArguments,
     #[pyo3(from_py_with = scalars::seed)] seed: u64,
     bound: bool,
 ) -> PyResult<Bound<'py, PyDict>> {

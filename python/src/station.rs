@@ -1,7 +1,7 @@
 //! Stations.
 
-use crate::errors::exception;
 use crate::scalars;
+use crate::work;
 use pickline::station::{self, BUILT_INS, Overrides};
 use pyo3::prelude::*;
 use std::path::PathBuf;
@@ -43,12 +43,14 @@ impl Station {
     #[new]
     #[pyo3(signature = (name = PathBuf::from("paper"), *, robots = None, belt_speed = None))]
     fn new(
+        py: Python<'_>,
         name: PathBuf,
         #[pyo3(from_py_with = scalars::optional_count)] robots: Option<usize>,
         belt_speed: Option<f64>,
     ) -> PyResult<Self> {
         let name = name.to_string_lossy();
-        let station = station::load(&name, overrides(robots, belt_speed)).map_err(exception)?;
+        let overrides = overrides(robots, belt_speed);
+        let station = work::quick(py, || station::load(&name, overrides))?;
         Ok(station.into())
     }
 
@@ -56,13 +58,14 @@ impl Station {
     #[staticmethod]
     #[pyo3(signature = (text, *, name = "the station", robots = None, belt_speed = None))]
     fn from_toml(
+        py: Python<'_>,
         text: &str,
         name: &str,
         #[pyo3(from_py_with = scalars::optional_count)] robots: Option<usize>,
         belt_speed: Option<f64>,
     ) -> PyResult<Self> {
         let overrides = overrides(robots, belt_speed);
-        let station = station::parse(text, name, overrides).map_err(exception)?;
+        let station = work::quick(py, || station::parse(text, name, overrides))?;
         Ok(station.into())
     }
 
@@ -73,14 +76,14 @@ impl Station {
     }
 
     /// The station as the text of a station file; ``from_toml`` reads an equal one.
-    fn to_toml(&self) -> String {
-        station::to_toml(&self.inner)
+    fn to_toml(&self, py: Python<'_>) -> PyResult<String> {
+        work::quick(py, || Ok(station::to_toml(&self.inner)))
     }
 
     /// The hash by which results name the station.
     #[getter]
-    fn hash(&self) -> String {
-        station::station_hash(&self.inner)
+    fn hash(&self, py: Python<'_>) -> PyResult<String> {
+        work::quick(py, || Ok(station::station_hash(&self.inner)))
     }
 
     /// The names of the robots, upstream first.
@@ -114,19 +117,20 @@ impl Station {
         self.inner.belt().width
     }
 
-    fn __repr__(&self) -> String {
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let (belt, robots) = (self.inner.belt(), self.inner.robots().len());
-        format!(
+        Ok(format!(
             "<Station of {robots} robots, belt {} m x {} m at {} m/s, hash {}>",
             belt.length,
             belt.width,
             belt.speed,
-            self.hash()
-        )
+            self.hash(py)?
+        ))
     }
 
-    fn __hash__(&self) -> u64 {
-        u64::from_str_radix(&self.hash(), 16).unwrap_or_default()
+    fn __hash__(&self, py: Python<'_>) -> PyResult<u64> {
+        // Equal stations have equal hashes; any number would do for one that is no number.
+        Ok(u64::from_str_radix(&self.hash(py)?, 16).unwrap_or_default())
     }
 
     fn __copy__(&self) -> Self {
@@ -139,6 +143,6 @@ impl Station {
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
         let read = py.get_type::<Self>().getattr("from_toml")?;
-        Ok((read, (self.to_toml(),)))
+        Ok((read, (self.to_toml(py)?,)))
     }
 }

@@ -12,6 +12,12 @@ from pickline import _pickline
 settings.register_profile("pickline", derandomize=True, deadline=None, max_examples=60)
 settings.load_profile("pickline")
 
+# The plain model.
+RIGHT = {
+    "update_hz": 0.0, "camera_x": None, "min_detection": 0.0, "grasp_success": None,
+    "position_noise": 0.0, "misdetections": False,
+}
+
 EXPECTED = (ValueError, TypeError, OSError, OverflowError)
 
 numbers = st.one_of(st.integers(), st.floats(), st.integers(-3, 3), st.floats(-2, 2))
@@ -98,9 +104,7 @@ def test_actions(actions):
 
 def test_buffers_of_other_sizes_and_kinds_are_refused():
     pattern = pickline.Pattern([0.0], [0.0])
-    rest = dict(update_hz=0.0, camera_x=None, min_detection=0.0, grasp_success=None,
-                position_noise=0.0, misdetections=False)
-    batch = _pickline.Batch(pickline.Station(), [pattern], rest, "full", 16, False, (1.0, 1.0), 2)
+    batch = _pickline.Batch(pickline.Station(), [pattern], RIGHT, "full", 16, False, (1.0, 1.0), 2)
     good = np.zeros((2, batch.observation_size), np.float32), np.zeros((2, 16), np.bool_)
     batch.reset(*good)
     for observations, masks in [
@@ -119,3 +123,24 @@ def test_buffers_of_other_sizes_and_kinds_are_refused():
         batch.reset(frozen, good[1])
     with pytest.raises(ValueError, match="index"):
         batch.picks(2)
+
+
+@given(*[things] * 8)
+def test_the_rust_side_alone(station, patterns, rest, observation, slots, wait, reward, count):
+    pattern = pickline.Pattern([0.0], [0.0])
+    for given_ in (
+        (station, patterns, rest, observation, slots, wait, reward, count),
+        (pickline.Station(), [pattern], rest, "full", slots, wait, reward, count),
+        (pickline.Station(), [pattern], RIGHT, "full", 4, False, (1.0, 1.0), count),
+    ):
+        if isinstance(count, int) and count > 1000:
+            continue
+        batch = attempt(_pickline.Batch, *given_)
+        if batch is not None:
+            for call in (batch.picks, batch.due, batch.items):
+                attempt(call, slots)
+            attempt(batch.reseed, slots, count)
+            attempt(batch.reset, reward, rest)
+            attempt(batch.step, patterns, reward)
+            attempt(batch.advance, slots, reward, rest)
+            attempt(batch.begin, reward, rest)
