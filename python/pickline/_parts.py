@@ -11,7 +11,8 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from pickline import _pickline
-from pickline._pickline import Pattern, Station, patterns as patterns_of
+from pickline._pickline import Pattern, Station
+from pickline._pickline import patterns as patterns_of
 from pickline.simulation import as_station, conditions
 
 # The paper's reward: (weight of r at its pick, weight of the weighted rate at the end).
@@ -82,7 +83,7 @@ def make_batch(
     return station, patterns, batch
 
 
-def observation_space(batch: _pickline.Batch) -> spaces.Box:
+def observation_space(batch: _pickline.Batch) -> Any:
     """The space of one observation."""
     return spaces.Box(-np.inf, np.inf, (batch.observation_size,), np.float32)
 

@@ -126,9 +126,7 @@ class SortingEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         **under: Any,
     ) -> None:
         if render_mode is not None:
-            raise ValueError(
-                f"render_mode: {render_mode!r} is not available\n  cure: leave it out"
-            )
+            raise ValueError(f"render_mode: {render_mode!r} is not available\n  cure: leave it out")
         self.render_mode = None
         self.station, self.patterns, self._batch = make_batch(
             station,
@@ -155,9 +153,7 @@ class SortingEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         """Begin an episode on a pattern drawn at random."""
         self._check_open("reset")
         if options:
-            raise ValueError(
-                f"options: unknown option {sorted(options)[0]!r}\n  cure: give none"
-            )
+            raise ValueError(f"options: unknown option {sorted(options)[0]!r}\n  cure: give none")
         super().reset(seed=seed)
         if seed is None and not self._seeded:
             seed = int(self.np_random.integers(2**63))

@@ -44,8 +44,7 @@ class SortingAECEnv(AECEnv):
         self.render_mode = None
         self.possible_agents = self._line.station.robots
         self.agents: list[str] = []
-        size = self._line.observation_space.shape
-        actions = int(self._line.action_space.n)
+        size, actions = self._line.observation_space.shape, len(self._line.action_masks())
         space = spaces.Dict(
             {
                 "observation": spaces.Box(-np.inf, np.inf, size, np.float32),
@@ -53,9 +52,9 @@ class SortingAECEnv(AECEnv):
             }
         )
         self.observation_spaces = {agent: space for agent in self.possible_agents}
-        self.action_spaces = {
-            agent: SlotSpace(self._line._mask) for agent in self.possible_agents
-        }
+        self.action_spaces = {agent: SlotSpace(self._line._mask) for agent in self.possible_agents}
+        # The robot that decides; none when the episode is over.
+        self._deciding: str | None = None
 
     def observation_space(self, agent: str) -> spaces.Dict:
         """The space of the observations of an agent."""
@@ -88,10 +87,14 @@ class SortingAECEnv(AECEnv):
 
     def step(self, action: int | np.integer[Any] | None) -> None:
         """Take the decision of the selected agent; None once its episode is over."""
-        agent = self.agent_selection
+        agent: str = self.agent_selection
         if self.terminations[agent]:
             self._was_dead_step(action)
             return
+        if action is None:
+            raise TypeError(
+                f"action: None, but {agent} has to decide\n  cure: give the index of a slot"
+            )
         observation, reward, terminated, _, info = self._line.step(action)
         self._cumulative_rewards[agent] = 0.0
         self.rewards = dict.fromkeys(self.agents, reward)
@@ -111,8 +114,7 @@ class SortingAECEnv(AECEnv):
     def _see(self, observation: Any, mask: Any) -> None:
         robot = self._line.robot
         assert robot is not None, "an episode that goes on has a robot that decides"
-        self._deciding: str | None = self.possible_agents[robot]
-        self.agent_selection = self._deciding
+        self._deciding = self.agent_selection = self.possible_agents[robot]
         self._observation, self._mask = observation, mask
 
 

@@ -91,9 +91,7 @@ class SortingVecEnv(VecEnv):
         """Which actions are allowed now, bool [environments, actions]."""
         return self.lines.action_masks()
 
-    def get_attr(
-        self, attr_name: str, indices: int | Iterable[int] | None = None
-    ) -> list[Any]:
+    def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[Any]:
         """An attribute of the environments, the same for all of them but for ``action_masks``."""
         chosen = self._chosen(indices)
         if attr_name == "action_masks":

@@ -72,9 +72,7 @@ class SortingVectorEnv(gymnasium.vector.VectorEnv):
         if num_envs < 1:
             raise ValueError(f"num_envs: {num_envs}\n  cure: give 1 or more")
         if render_mode is not None:
-            raise ValueError(
-                f"render_mode: {render_mode!r} is not available\n  cure: leave it out"
-            )
+            raise ValueError(f"render_mode: {render_mode!r} is not available\n  cure: leave it out")
         super().__init__()
         self.num_envs = num_envs
         self.render_mode = None

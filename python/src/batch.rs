@@ -307,7 +307,7 @@ impl Batch {
         written: Written<'_>,
     ) -> PyResult<()> {
         let (observations, masks, rewards, ended, counts, values) = written;
-        let actions: Vec<i64> = actions.as_array().iter().copied().collect();
+        let actions = actions.as_array();
         let held = self.hold()?;
         let mut observations = borrowed(&observations)?;
         let observations = rows(&mut observations)?;
@@ -332,7 +332,7 @@ impl Batch {
             ("values", values.len(), self.count * 4),
         ])?;
         held.on_threads(py, |state| {
-            for (action, given) in state.actions.iter_mut().zip(&actions) {
+            for (action, given) in state.actions.iter_mut().zip(actions) {
                 // Negative actions are out of range, as too large ones are.
                 *action = usize::try_from(*given).unwrap_or(usize::MAX);
             }

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 import pickline
@@ -14,20 +15,31 @@ settings.load_profile("pickline")
 
 # The plain model.
 RIGHT = {
-    "update_hz": 0.0, "camera_x": None, "min_detection": 0.0, "grasp_success": None,
-    "position_noise": 0.0, "misdetections": False,
+    "update_hz": 0.0,
+    "camera_x": None,
+    "min_detection": 0.0,
+    "grasp_success": None,
+    "position_noise": 0.0,
+    "misdetections": False,
 }
 
 EXPECTED = (ValueError, TypeError, OSError, OverflowError)
 
 numbers = st.one_of(st.integers(), st.floats(), st.integers(-3, 3), st.floats(-2, 2))
 things = st.one_of(
-    st.none(), st.booleans(), numbers, st.text(max_size=8), st.binary(max_size=8),
+    st.none(),
+    st.booleans(),
+    numbers,
+    st.text(max_size=8),
+    st.binary(max_size=8),
     st.lists(numbers, max_size=4),
     arrays.arrays(
         st.one_of(
-            arrays.integer_dtypes(), arrays.floating_dtypes(), arrays.complex_number_dtypes(),
-            arrays.unicode_string_dtypes(max_len=3), arrays.boolean_dtypes(),
+            arrays.integer_dtypes(),
+            arrays.floating_dtypes(),
+            arrays.complex_number_dtypes(),
+            arrays.unicode_string_dtypes(max_len=3),
+            arrays.boolean_dtypes(),
         ),
         arrays.array_shapes(min_dims=0, max_dims=2, max_side=4),
     ),
@@ -36,7 +48,15 @@ columns = st.fixed_dictionaries(
     {},
     optional={
         name: things
-        for name in ("id", "area_cm2", "p_detection", "p_grasp", "weight", "item_class", "true_class")
+        for name in (
+            "id",
+            "area_cm2",
+            "p_detection",
+            "p_grasp",
+            "weight",
+            "item_class",
+            "true_class",
+        )
     },
 )
 
@@ -74,8 +94,14 @@ def test_stations(text, robots, belt_speed):
 def test_simulate(strategy, seed, update_hz, grasp_success, noise):
     pattern = pickline.Pattern([0.0, -0.1], [0.0, 0.1])
     attempt(
-        pickline.simulate, "paper", pattern, strategy,
-        seed=seed, update_hz=update_hz, grasp_success=grasp_success, position_noise=noise,
+        pickline.simulate,
+        "paper",
+        pattern,
+        strategy,
+        seed=seed,
+        update_hz=update_hz,
+        grasp_success=grasp_success,
+        position_noise=noise,
     )
 
 
@@ -83,8 +109,13 @@ def test_simulate(strategy, seed, update_hz, grasp_success, noise):
 def test_environments(observation, slots, wait, reward):
     pattern = pickline.Pattern([0.0, -0.1], [0.0, 0.1])
     attempt(
-        pickline.SortingEnv, "paper", pattern,
-        observation=observation, slots=slots, wait=wait, reward=reward,
+        pickline.SortingEnv,
+        "paper",
+        pattern,
+        observation=observation,
+        slots=slots,
+        wait=wait,
+        reward=reward,
     )
 
 

@@ -41,7 +41,9 @@ def test_long_work_ends_with_keyboard_interrupt():
 def test_the_program_stops_with_the_best_so_far():
     process = subprocess.Popen(
         [sys.executable, "-m", "pickline", "optimize", "--robots", "6", "--format", "json"],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
     )
     time.sleep(4.0)
     assert process.poll() is None, "it was over before it could be interrupted"

@@ -93,7 +93,10 @@ def test_a_run_is_that_of_the_program(station, grid):
     words = "simulate --robots 2 --pattern - --strategy SPT,FIFO --format json --quiet".split()
     printed = subprocess.run(
         [sys.executable, "-m", "pickline", *words],
-        input=grid.to_csv(), capture_output=True, text=True, check=True,
+        input=grid.to_csv(),
+        capture_output=True,
+        text=True,
+        check=True,
     )
     document = json.loads(printed.stdout)
     assert document["picked"] == 44

@@ -151,12 +151,14 @@ def fingerprint(steps=40, num_envs=40):
 
 def test_the_number_of_threads_does_not_matter():
     code = "from test_vector import fingerprint; print(fingerprint())"
-    folder = os.path.dirname(__file__)
+    paths = os.path.dirname(__file__) + os.pathsep + os.environ.get("PYTHONPATH", "")
     printed = [
         subprocess.run(
             [sys.executable, "-c", code],
-            env={**os.environ, "RAYON_NUM_THREADS": threads, "PYTHONPATH": folder + os.pathsep + os.environ.get("PYTHONPATH", "")},
-            capture_output=True, text=True, check=True,
+            env={**os.environ, "RAYON_NUM_THREADS": threads, "PYTHONPATH": paths},
+            capture_output=True,
+            text=True,
+            check=True,
         ).stdout
         for threads in ("1", "3")
     ]
