@@ -28,6 +28,8 @@ from pickline._pickline import Pattern, Station
 __all__ = ["SortingVectorEnv"]
 
 _INTEGERS = "iu"
+# The names of what says which rows of final infos count.
+_FLAGS = ("_action_mask", *(f"_{name}" for name in (*COUNTS, *VALUES)))
 
 
 class SortingVectorEnv(gymnasium.vector.VectorEnv):
@@ -214,18 +216,18 @@ class SortingVectorEnv(gymnasium.vector.VectorEnv):
     def _add_final(self, infos: dict[str, Any]) -> None:
         """Add the last observations and infos of the episodes that are over."""
         over = self._ended.copy()
-        last = np.full(self.num_envs, None, object)
-        for index in np.flatnonzero(over):
+        last = np.empty(self.num_envs, object)
+        for index in over.nonzero()[0].tolist():
             last[index] = np.zeros(self._batch.observation_size, np.float32)
-        final: dict[str, Any] = {
-            "action_mask": np.zeros((self.num_envs, self._batch.actions), np.int8),
-            "_action_mask": over.copy(),
-        }
-        for names, buffer in ((COUNTS, self._counts), (VALUES, self._values)):
-            for column, name in enumerate(names):
-                final[name] = np.where(over, buffer[:, column], buffer.dtype.type(0))
-                final[f"_{name}"] = over.copy()
-        infos["final_obs"], infos["_final_obs"] = last, over.copy()
+        # Rows of episodes that go on are zero.
+        counts, values = self._counts.copy(), self._values.copy()
+        final: dict[str, Any] = {"action_mask": np.zeros(self._masks.shape, np.int8)}
+        for column, name in enumerate(COUNTS):
+            final[name] = counts[:, column]
+        for column, name in enumerate(VALUES):
+            final[name] = values[:, column]
+        final |= dict.fromkeys(_FLAGS, over)
+        infos["final_obs"], infos["_final_obs"] = last, over
         infos["final_info"], infos["_final_info"] = final, over
 
     def _check_open(self, what: str) -> None:

@@ -70,7 +70,7 @@ pub(crate) struct Batch {
 
 /// The arrays that a step writes: observations [count, observation], masks [count, actions], rewards
 /// and ends [count], items and items picked [count, 2], weight, end, picking rate and weighted rate of
-/// the episodes that are over [count, 4].
+/// the episodes that are over [count, 4], zero where one goes on.
 type Written<'py> = (
     Bound<'py, PyArray2<f32>>,
     Bound<'py, PyArray2<bool>>,
@@ -354,6 +354,9 @@ impl Batch {
                     counts.copy_from_slice(&[figures.items as i64, figures.picked as i64]);
                     let (rate, weighted) = (figures.picking_rate(), figures.weighted_rate());
                     values.copy_from_slice(&[figures.weight, figures.end, rate, weighted]);
+                } else {
+                    counts.fill(0);
+                    values.fill(0.0);
                 }
             }
             Ok(())
