@@ -10,7 +10,8 @@ def main() -> int:
     """Run the program with the arguments of this process and return its exit code."""
     # Ctrl-C ends the program, or stops its work with the best result so far; Python's own handler would
     # only run after the program has ended.
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
     return program(["pickline", *sys.argv[1:]])
 
 

@@ -8,8 +8,11 @@ import time
 
 import pytest
 
+# A shell may have started the tests with Ctrl-C ignored.
 LONG = """
+import signal
 import pickline
+signal.signal(signal.SIGINT, signal.default_int_handler)
 print("begins", flush=True)
 pickline.simulate("paper", pickline.Pattern.grid(1.05, 0.1, 5000), "SPT,FIFO", bound=True)
 """
