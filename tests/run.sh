@@ -6,9 +6,12 @@ cd "$(dirname "$0")/.."
 . tests/debian.sh
 # Certificates for tests/live/peers/, a clock that is set for tests/live/clock/.
 debian openssl=openssl faketime=faketime
-cargo test --locked "$@"
+# `--workspace` here and in the other tests: then what all of them build has the features that the Python
+# package asks of shared crates, and its build finds nearly everything built. It has no Rust tests, so
+# cargo builds nothing of it here.
+cargo test --locked --workspace "$@"
 # The benchmarks' code runs once, so that it cannot rot; `cargo bench` measures.
-cargo test --locked --bench engines --bench lookahead --bench bound --bench rl
+cargo test --locked --workspace --bench engines --bench lookahead --bench bound --bench rl
 # The pages that reports write, in a browser.
 bash tests/browser/run.sh
 # A live line under load, as fast as it goes: nothing lost, memory flat (docs/live.md).
@@ -32,3 +35,5 @@ bash tests/mqtt/run.sh
 bash tests/ros2/run.sh
 # Exported policies, by the checker of the package onnx.
 bash tests/onnx/run.sh
+# The Python package, built and installed as by pip.
+bash python/tests/run.sh

@@ -1,21 +1,21 @@
-# Sourced by the tests that need packages from PyPI, in the project's folder: `venv NAME`
-# makes target/NAME-venv what tests/NAME/requirements.txt says, unless it is already, and
-# sets `target`, `venv` and `python`. Needs Python 3.11 or later with venv, and the network
+# Sourced by the tests that need packages from PyPI, in the project's folder: `venv NAME [FOLDER]`
+# makes target/NAME-venv what FOLDER/requirements.txt (tests/NAME if not given) says, unless it is
+# already, and sets `target`, `venv` and `python`. Needs Python 3.11 or later with venv, and the network
 # once; says so when they are missing.
 
 target=$(realpath -m "${CARGO_TARGET_DIR:-target}")
 
 fail() {
-    echo "tests/$name/run.sh: $1" >&2
+    echo "$folder/run.sh: $1" >&2
     echo "  cure: $2" >&2
     exit 1
 }
 
 venv() {
-    name=$1
-    venv=$target/$name-venv
+    folder=${2:-tests/$1}
+    venv=$target/$1-venv
     python=$venv/bin/python
-    local wanted=tests/$name/requirements.txt
+    local wanted=$folder/requirements.txt
     # Only when what is pinned has changed: so that a machine without a network can test again.
     if ! cmp --silent "$wanted" "$venv/installed.txt"; then
         python3 -m venv --clear "$venv" ||

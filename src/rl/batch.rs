@@ -31,12 +31,35 @@ impl<'a> Batch<'a> {
         count: usize,
         seed: u64,
     ) -> Result<Self> {
-        let indices = 0..count as u64;
-        let make = |index| DispatchEnvironment::new(scenes, layout, reward, (seed, index));
+        let streams: Vec<_> = (0..count as u64).map(|index| (seed, index)).collect();
+        Self::with_streams(scenes, layout, reward, &streams)
+    }
+
+    /// Like [`Batch::new`], with one environment for each seed and index in `streams`.
+    ///
+    /// # Errors
+    /// As for [`DispatchEnvironment::new`].
+    pub fn with_streams(
+        scenes: &'a [Scene<'a>],
+        layout: Layout,
+        reward: Reward,
+        streams: &[(u64, u64)],
+    ) -> Result<Self> {
+        let make = |stream: &_| DispatchEnvironment::new(scenes, layout, reward, *stream);
         Ok(Self {
             layout,
-            environments: indices.map(make).collect::<Result<_>>()?,
+            environments: streams.iter().map(make).collect::<Result<_>>()?,
         })
+    }
+
+    /// The shape of observations and actions.
+    pub fn layout(&self) -> Layout {
+        self.layout
+    }
+
+    /// The environments, for a caller that needs one of them.
+    pub fn environments(&mut self) -> &mut [DispatchEnvironment<'a>] {
+        &mut self.environments
     }
 
     /// Begins an episode in every environment. `observations` [count, observation], `masks`
@@ -54,6 +77,44 @@ impl<'a> Batch<'a> {
             .zip(observations.par_chunks_exact_mut(size))
             .zip(masks.par_chunks_exact_mut(actions))
             .for_each(|((environment, observation), mask)| environment.reset(observation, mask));
+    }
+
+    /// Like [`Batch::reset`], but only in the environments of `chosen` [count]; the rows of the others
+    /// do not change.
+    ///
+    /// # Panics
+    /// The slices have other lengths.
+    pub fn reset_chosen(&mut self, chosen: &[bool], observations: &mut [f32], masks: &mut [bool]) {
+        let (size, actions) = (self.layout.observation(), self.layout.actions());
+        assert_eq!(chosen.len(), self.environments.len());
+        assert_eq!(observations.len(), self.environments.len() * size);
+        assert_eq!(masks.len(), self.environments.len() * actions);
+        let rows = observations.chunks_exact_mut(size);
+        let rows = rows.zip(masks.chunks_exact_mut(actions));
+        let all = self.environments.iter_mut().zip(rows).zip(chosen);
+        for ((environment, (observation, mask)), _) in all.filter(|(_, chosen)| **chosen) {
+            environment.reset(observation, mask);
+        }
+    }
+
+    /// Checks that [`Batch::step`] would take all of `actions`, so that a caller can refuse them as a
+    /// whole.
+    ///
+    /// # Errors
+    /// The first illegal action, or environments in which no episode has begun.
+    pub fn check_actions(&mut self, actions: &[usize]) -> Result<()> {
+        for (index, (environment, action)) in self.environments.iter_mut().zip(actions).enumerate()
+        {
+            environment.check_action(*action).map_err(|error| {
+                let place = format!("environment {index}");
+                Error::usage(
+                    place,
+                    error.problem(),
+                    "choose an action that the mask allows",
+                )
+            })?;
+        }
+        Ok(())
     }
 
     /// Takes one action in every environment. `actions` and `steps` [count], the others as for

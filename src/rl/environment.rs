@@ -33,6 +33,15 @@ pub struct DispatchEnvironment<'a> {
     scene: usize,
 }
 
+/// The error for a step when nobody decides.
+fn nothing_due() -> Error {
+    Error::usage(
+        "step",
+        "no episode has begun, or it is over",
+        "call reset before the first step, and after the last one of an episode",
+    )
+}
+
 /// What an action leads to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
@@ -98,14 +107,36 @@ impl<'a> DispatchEnvironment<'a> {
         observation: &mut [f32],
         mask: &mut [bool],
     ) -> Result<Step> {
+        let step = self.take(action, observation, mask)?;
+        if step.ended.is_some() {
+            self.reset(observation, mask);
+        }
+        Ok(step)
+    }
+
+    /// Like [`DispatchEnvironment::step`], but begins no new episode: at the end of one, nobody
+    /// decides, so the observation is zero and the mask allows nothing.
+    ///
+    /// # Errors
+    /// As for [`DispatchEnvironment::step`]; or the episode is over.
+    pub fn advance(
+        &mut self,
+        action: usize,
+        observation: &mut [f32],
+        mask: &mut [bool],
+    ) -> Result<Step> {
+        let step = self.take(action, observation, mask)?;
+        if step.ended.is_some() {
+            observation.fill(0.0);
+            mask.fill(false);
+        }
+        Ok(step)
+    }
+
+    /// Takes `action` and writes the next observation and mask, unless the episode is over.
+    fn take(&mut self, action: usize, observation: &mut [f32], mask: &mut [bool]) -> Result<Step> {
         let due = self.run.as_mut().and_then(|run| run.next_decision());
-        let Some(snapshot) = due else {
-            return Err(Error::usage(
-                "step",
-                "no episode has begun",
-                "call reset before the first step",
-            ));
-        };
+        let snapshot = due.ok_or_else(nothing_due)?;
         let chosen = self.encoder.action(&snapshot, action)?;
         let weight = match chosen {
             Action::Pick(place) => snapshot.candidates[place].weight,
@@ -124,9 +155,23 @@ impl<'a> DispatchEnvironment<'a> {
         }
         if let Some(figures) = &ended {
             reward += self.reward.of_end(figures);
-            self.reset(observation, mask);
         }
         Ok(Step { reward, ended })
+    }
+
+    /// Checks that `action` can be taken now.
+    ///
+    /// # Errors
+    /// As for [`DispatchEnvironment::advance`].
+    pub fn check_action(&mut self, action: usize) -> Result<()> {
+        let due = self.run.as_mut().and_then(|run| run.next_decision());
+        let snapshot = due.ok_or_else(nothing_due)?;
+        self.encoder.action(&snapshot, action).map(|_| ())
+    }
+
+    /// Draws the episodes of environment `index` under `seed` from the next reset on.
+    pub fn reseed(&mut self, (seed, index): (u64, u64)) {
+        self.rng = random_stream(seed, index);
     }
 
     /// The current episode, for asking others what they would do.
@@ -137,6 +182,18 @@ impl<'a> DispatchEnvironment<'a> {
     /// The encoder in the state of the last observation.
     pub fn encoder(&self) -> &Encoder {
         &self.encoder
+    }
+
+    /// The items in the slots of the last observation, each by its index in the pattern; none if the
+    /// episode is over.
+    pub fn items(&mut self) -> Vec<u32> {
+        let due = self.run.as_mut().and_then(|run| run.next_decision());
+        let places = || self.encoder.slots().iter();
+        due.map_or_else(Vec::new, |snapshot| {
+            places()
+                .map(|place| snapshot.candidates[*place].item)
+                .collect()
+        })
     }
 
     /// Index of the scene of the current episode.

@@ -257,18 +257,7 @@ impl Plan {
     /// # Errors
     /// An unknown view, no slots or too many slots.
     pub fn layout(&self) -> Result<Layout> {
-        if !(1..=Layout::MOST_SLOTS).contains(&self.slots) {
-            return Err(Error::usage(
-                "slots",
-                format!("{} slots", self.slots),
-                format!("give 1 to {}", Layout::MOST_SLOTS),
-            ));
-        }
-        Ok(Layout {
-            view: self.view.parse()?,
-            slots: self.slots,
-            wait: self.wait,
-        })
+        Layout::new(self.view.parse()?, self.slots, self.wait)
     }
 }
 

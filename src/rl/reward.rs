@@ -1,6 +1,7 @@
 //! The reward of an episode.
 
 use crate::decision::Figures;
+use crate::error::{Error, Result, shown_number};
 use serde::{Deserialize, Serialize};
 
 /// Weights of the paper's two rewards (Jermann et al., section on actions, observations and
@@ -20,6 +21,22 @@ impl Reward {
         pick: 1.0,
         rate: 1.0,
     };
+
+    /// Checks the weights.
+    ///
+    /// # Errors
+    /// A weight that is not a finite number.
+    pub fn check(&self) -> Result<()> {
+        let weights = [("pick", self.pick), ("rate", self.rate)];
+        match weights.into_iter().find(|(_, weight)| !weight.is_finite()) {
+            None => Ok(()),
+            Some((name, weight)) => Err(Error::usage(
+                format!("the weight `{name}` of the reward"),
+                format!("{} is not a finite number", shown_number(weight)),
+                "give a number, for example 1",
+            )),
+        }
+    }
 
     /// The reward for the pick of an item of reward `weight`.
     pub(crate) fn of_pick(&self, weight: f64) -> f64 {

@@ -9,7 +9,7 @@ modules browser
 PICKLINE=$(realpath -m "${CARGO_TARGET_DIR:-target}")/debug/pickline
 export PICKLINE
 
-cargo build --locked
+cargo build --locked --workspace --bin pickline
 for test in tests/browser/*.mjs; do
     case $test in */common.mjs) continue ;; esac
     echo "$test"

@@ -6,5 +6,5 @@ cd "$(dirname "$0")/../.."
 venv gambit
 # Also builds the program, and writes the games whose answers the library computes.
 rm -rf "$target/tmp/gambit"
-cargo test --locked --quiet --test search -- --exact game::games_are_written_for_gambit
+cargo test --locked --quiet --workspace --test search -- --exact game::games_are_written_for_gambit
 "$python" tests/gambit/compare.py "$target/debug/pickline" "$target/tmp/gambit"

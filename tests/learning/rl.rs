@@ -136,6 +136,93 @@ fn illegal_actions_are_errors_and_change_nothing() {
     assert!(message.contains("or there are none"), "{message}");
 }
 
+/// Seeds are given again, actions are checked as a whole, and the last step of an episode can be the
+/// last: what other programs' environments are made of.
+#[test]
+fn episodes_begin_when_the_caller_says_so() {
+    let domain = Domain::BROAD.with_items((10, 30));
+    let courses = domain.draw(&stations(), 6, 1.0, 3).unwrap();
+    let scenes = scenes(&courses).unwrap();
+    let streams = [(7, 0), (8, 0), (7, 0)];
+    let mut batch = Batch::with_streams(&scenes, LAYOUT, Reward::PAPER, &streams).unwrap();
+    let (size, actions) = (LAYOUT.observation(), LAYOUT.actions());
+    let mut observations = vec![0.0; 3 * size];
+    let mut masks = vec![false; 3 * actions];
+    let early = batch.check_actions(&[0, 0, 0]).unwrap_err().to_string();
+    assert!(early.contains("environment 0"), "{early}");
+    batch.reset(&mut observations, &mut masks);
+    assert_eq!(observations[..size], observations[2 * size..]);
+    assert_ne!(observations[..size], observations[size..2 * size]);
+
+    let empty = masks[2 * actions..].iter().position(|allowed| !allowed);
+    let refused = batch.check_actions(&[0, 0, empty.unwrap()]).unwrap_err();
+    for words in [
+        "environment 2",
+        "slots hold an item",
+        "cure: choose an action",
+    ] {
+        assert!(refused.to_string().contains(words), "{refused}");
+    }
+    batch.check_actions(&[0, 0, 0]).unwrap();
+
+    // The first of them ends and does not go on; its figures are those of the same steps in `step`.
+    let (mut row, mut mask) = (vec![0.0; size], vec![false; actions]);
+    let ended = loop {
+        let one = &mut batch.environments()[0];
+        let other = one.check_action(0).map(|()| one.items().len());
+        assert_eq!(other.unwrap(), mask_of(one).iter().filter(|a| **a).count());
+        let step = one.advance(0, &mut row, &mut mask).unwrap();
+        if let Some(figures) = step.ended {
+            break figures;
+        }
+    };
+    assert!(row.iter().all(|value| *value == 0.0) && !mask.contains(&true));
+    let one = &mut batch.environments()[0];
+    assert_eq!(one.run().unwrap().figures(), ended);
+    assert!(one.items().is_empty());
+    let over = one.advance(0, &mut row, &mut mask).unwrap_err().to_string();
+    assert!(over.contains("it is over"), "{over}");
+    let twin = &mut batch.environments()[2];
+    let figures = loop {
+        if let Some(figures) = twin.step(0, &mut row, &mut mask).unwrap().ended {
+            break figures;
+        }
+    };
+    assert_eq!(figures, ended);
+    assert!(mask.contains(&true));
+
+    // Only the chosen one begins again, with its seed as at the start.
+    let first = observations[..size].to_vec();
+    batch.environments()[0].reseed((7, 0));
+    let before = observations[size..].to_vec();
+    observations[..size].fill(9.0);
+    batch.reset_chosen(&[true, false, false], &mut observations, &mut masks);
+    assert_eq!(observations[..size], first);
+    assert_eq!(observations[size..], before);
+}
+
+/// The slots that hold an item now.
+fn mask_of(environment: &mut DispatchEnvironment) -> Vec<bool> {
+    let mut encoder = environment.encoder().clone();
+    let snapshot = environment.run().unwrap().next_decision().unwrap();
+    let (mut row, mut mask) = (
+        vec![0.0; LAYOUT.observation()],
+        vec![false; LAYOUT.actions()],
+    );
+    encoder.encode(&snapshot, &mut row, &mut mask);
+    mask.truncate(LAYOUT.slots);
+    mask
+}
+
+#[test]
+fn rewards_are_finite() {
+    for (pick, rate) in [(f64::NAN, 1.0), (1.0, f64::INFINITY)] {
+        let message = Reward { pick, rate }.check().unwrap_err().to_string();
+        assert!(message.contains("is not a finite number"), "{message}");
+    }
+    Reward::PAPER.check().unwrap();
+}
+
 #[test]
 fn one_layout_serves_two_to_six_robots_of_either_side() {
     for robots in 1..=6 {

@@ -9,6 +9,6 @@ venv mcap
 modules mcap
 # Writes the recordings. Arguments go to `cargo test`, as in tests/run.sh.
 rm -rf "$target/tmp/mcap"
-cargo test --locked --quiet --test live recording:: "$@"
+cargo test --locked --quiet --workspace --test live recording:: "$@"
 found=$(node tests/mcap/read.mjs "$target/tmp/mcap")
 "$python" tests/mcap/read.py "$target/tmp/mcap" "$found"

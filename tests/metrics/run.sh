@@ -6,5 +6,5 @@ cd "$(dirname "$0")/../.."
 . tests/venv.sh
 venv metrics
 # Arguments go to `cargo build`.
-cargo build --locked --quiet "$@"
+cargo build --locked --quiet --workspace --bin pickline "$@"
 "$python" tests/metrics/read.py "$target/debug/pickline"

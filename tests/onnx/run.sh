@@ -5,7 +5,7 @@ set -euo pipefail
 cd "$(dirname "$0")/../.."
 . tests/venv.sh
 venv onnx
-cargo build --locked
+cargo build --locked --workspace --bin pickline
 new=$target/tmp/onnx
 rm -rf "$new"
 mkdir -p "$new"

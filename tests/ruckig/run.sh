@@ -6,5 +6,5 @@ cd "$(dirname "$0")/../.."
 . tests/venv.sh
 venv ruckig
 rm -rf "$target/tmp/ruckig"
-cargo test --locked --quiet --test simulation -- --exact real_lines::moves_are_written_for_ruckig
+cargo test --locked --quiet --workspace --test simulation -- --exact real_lines::moves_are_written_for_ruckig
 "$python" tests/ruckig/compare.py "$target/tmp/ruckig/moves.csv"

@@ -7,7 +7,7 @@ cd "$(dirname "$0")/../.."
 debian systemd-analyze=systemd groff=groff-base
 target=$(realpath -m "${CARGO_TARGET_DIR:-target}")
 # Arguments go to `cargo build`.
-cargo build --locked --quiet "$@"
+cargo build --locked --quiet --workspace --bin pickline "$@"
 root=$(mktemp -d)
 trap 'rm -rf "$root"' EXIT
 "$target/debug/pickline" service install --root "$root" --prefix /usr > "$root/said"

@@ -46,6 +46,7 @@ use args::{Cli, Command};
 use clap::{CommandFactory as _, Parser as _};
 use pickline::error::{Error, ErrorKind, Result};
 use session::Session;
+use std::ffi::OsString;
 use std::io::Write as _;
 use std::process::ExitCode;
 
@@ -63,43 +64,57 @@ pub fn command() -> clap::Command {
     Cli::command()
 }
 
-/// Parses the command line, runs the verb, and reports an error once.
+/// The whole program with the command line of this process.
 pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let words: Vec<_> = std::env::args_os().collect();
+    ExitCode::from(call(&words, |session| session))
+}
+
+/// The whole program as a part of another one, with the command line `words`, of which the first is the
+/// name of the program. Returns the exit code. Verbs that can stop early take Ctrl-C and SIGTERM of the
+/// process for themselves.
+pub fn call_hosted(words: &[OsString]) -> u8 {
+    call(words, Session::hosted)
+}
+
+/// Parses the command line, runs the verb in the session that `prepare` makes of a new one, and
+/// reports an error once.
+fn call(words: &[OsString], prepare: impl FnOnce(Session) -> Session) -> u8 {
+    let cli = match Cli::try_parse_from(words) {
         Ok(cli) => cli,
         // clap's own message names neither the argument nor a cure.
         Err(error) if error.kind() == clap::error::ErrorKind::InvalidUtf8 => {
-            session::tell(&format!("pickline: {}", not_text(std::env::args_os())));
-            return ExitCode::from(USAGE);
+            session::tell(&format!("pickline: {}", not_text(words)));
+            return USAGE;
         }
         Err(error) => return print_clap(&error),
     };
     // A path need not be Unicode; the recorded command line shows it lossily.
-    let arguments = std::env::args_os().skip(1);
+    let arguments = words.iter().skip(1);
     let arguments = arguments.map(|word| word.to_string_lossy().into_owned());
-    let session = Session::new(arguments.collect());
+    let session = prepare(Session::new(arguments.collect()));
     match run(cli.command, &session) {
-        Ok(()) if session.interrupted() => ExitCode::from(INTERRUPTED),
-        Ok(()) => ExitCode::from(DONE),
+        Ok(()) if session.interrupted() => INTERRUPTED,
+        Ok(()) => DONE,
         Err(error) => {
             let code = exit_code(error.kind());
             session.complain(&format!("pickline: {}", error.spell_settings(flags::flag)));
-            ExitCode::from(code)
+            code
         }
     }
 }
 
 /// Prints what clap returns instead of arguments: help and version, which are results, or a usage
 /// error with exit code 2.
-fn print_clap(error: &clap::Error) -> ExitCode {
+fn print_clap(error: &clap::Error) -> u8 {
     let printed = error.print().and_then(|()| std::io::stdout().flush());
     match printed.or_else(session::unless_closed) {
         Err(failure) if !error.use_stderr() => {
             session::tell(&format!("pickline: {failure}"));
-            ExitCode::from(FAILED)
+            FAILED
         }
-        _ if error.use_stderr() => ExitCode::from(USAGE),
-        _ => ExitCode::from(DONE),
+        _ if error.use_stderr() => USAGE,
+        _ => DONE,
     }
 }
 
@@ -113,10 +128,9 @@ fn exit_code(kind: ErrorKind) -> u8 {
 }
 
 /// The error for the first argument that is not valid Unicode.
-fn not_text(arguments: impl Iterator<Item = std::ffi::OsString>) -> Error {
-    let found = arguments
-        .enumerate()
-        .find(|(_, word)| word.to_str().is_none());
+fn not_text(words: &[OsString]) -> Error {
+    let mut numbered = words.iter().cloned().enumerate();
+    let found = numbered.find(|(_, word)| word.to_str().is_none());
     let (place, word) = found.unwrap_or_default();
     Error::usage(
         format!("argument {place}"),

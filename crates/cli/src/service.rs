@@ -141,6 +141,14 @@ impl Installation {
     }
 
     fn install(&self, force: bool, session: &Session) -> Result<()> {
+        if session.is_hosted() {
+            return Err(Error::usage(
+                "service install",
+                "this pickline runs inside another program, such as Python, which cannot be \
+                 installed in its place",
+                "build the program with `cargo build --release` and run its `service install`",
+            ));
+        }
         let list = self.list();
         let files = all(&self.prefix)?;
         if !force {

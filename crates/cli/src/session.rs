@@ -11,6 +11,8 @@ use std::sync::{Arc, OnceLock};
 /// One call of the program.
 pub(crate) struct Session {
     arguments: Vec<String>,
+    /// Whether another program runs this one, so that the executable is not pickline's.
+    hosted: bool,
     stop: Arc<AtomicBool>,
     /// Where errors are written while a line runs.
     log: OnceLock<Arc<Log>>,
@@ -43,9 +45,23 @@ impl Session {
     pub(crate) fn new(arguments: Vec<String>) -> Self {
         Self {
             arguments,
+            hosted: false,
             stop: Arc::default(),
             log: OnceLock::new(),
         }
+    }
+
+    /// The session of a call from another program.
+    pub(crate) fn hosted(self) -> Self {
+        Self {
+            hosted: true,
+            ..self
+        }
+    }
+
+    /// Whether another program made the call.
+    pub(crate) fn is_hosted(&self) -> bool {
+        self.hosted
     }
 
     /// Makes Ctrl-C ask the work to stop with the best result so far; pressing it again

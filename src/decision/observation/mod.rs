@@ -98,6 +98,21 @@ impl Layout {
     /// Maximum number of slots.
     pub(crate) const MOST_SLOTS: usize = 256;
 
+    /// The layout of `view` with this number of slots, with waiting as an action or without it.
+    ///
+    /// # Errors
+    /// No slots, or too many.
+    pub fn new(view: View, slots: usize, wait: bool) -> Result<Self> {
+        if !(1..=Self::MOST_SLOTS).contains(&slots) {
+            return Err(Error::usage(
+                "slots",
+                format!("{slots} slots"),
+                format!("give 1 to {}", Self::MOST_SLOTS),
+            ));
+        }
+        Ok(Self { view, slots, wait })
+    }
+
     /// Number of global features.
     pub fn globals(&self) -> usize {
         match self.view {
@@ -194,6 +209,11 @@ impl Encoder {
                 Err(Error::illegal_action(snapshot.time, &robot.name, problem))
             }
         }
+    }
+
+    /// The candidates in the slots, after [`Encoder::encode`]: indices into the snapshot's candidates.
+    pub fn slots(&self) -> &[usize] {
+        self.choice.chosen()
     }
 
     /// The index of `action`; `None` if its candidate has no slot.

@@ -1,0 +1,93 @@
+"""What both environments are made of."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from pickline import _pickline
+from pickline._pickline import Pattern, Station
+from pickline._pickline import patterns as patterns_of
+from pickline.simulation import as_station, conditions
+
+# The paper's reward: (weight of r at its pick, weight of the weighted rate at the end).
+PAPER_REWARD = (1.0, 1.0)
+
+# Names of the figures of an episode, as in the buffers of the vector environment.
+COUNTS = ("items", "picked")
+VALUES = ("weight", "end", "picking_rate", "weighted_rate")
+
+
+class SlotSpace(spaces.Discrete):
+    """The slots, of which only those that hold an item can be sampled.
+
+    Without a mask, ``sample`` draws among the actions that the environment allows now.
+    """
+
+    def __init__(self, mask: NDArray[np.bool_]) -> None:
+        super().__init__(len(mask))
+        self._mask = mask
+
+    def sample(self, mask: Any = None, probability: Any = None) -> Any:
+        """Draw an allowed action."""
+        if mask is None and probability is None and self._mask.any():
+            mask = self._mask.astype(np.int8)
+        return super().sample(mask, probability)
+
+
+class SlotsSpace(spaces.MultiDiscrete):
+    """The slots of many environments; see :class:`SlotSpace`."""
+
+    def __init__(self, masks: NDArray[np.bool_]) -> None:
+        super().__init__(np.full(len(masks), masks.shape[1]))
+        self._masks = masks
+
+    def sample(self, mask: Any = None, probability: Any = None) -> Any:
+        """Draw an allowed action in every environment."""
+        if mask is None and probability is None and self._masks.any(axis=1).all():
+            mask = tuple(self._masks.astype(np.int8))
+        return super().sample(mask, probability)
+
+
+def make_batch(
+    station: Station | str | os.PathLike[str],
+    patterns: Pattern | Iterable[Pattern] | str,
+    *,
+    count: int,
+    items: int,
+    pattern_seed: int,
+    observation: str,
+    slots: int | None,
+    wait: bool,
+    reward: tuple[float, float],
+    under: dict[str, Any],
+) -> tuple[Station, Sequence[Pattern], _pickline.Batch]:
+    """The environments in Rust."""
+    station = as_station(station)
+    if isinstance(patterns, str):
+        patterns = patterns_of(patterns, station, items=items, seed=pattern_seed)
+    elif isinstance(patterns, Pattern):
+        patterns = [patterns]
+    else:
+        patterns = list(patterns)
+    if slots is None:
+        slots = 10 if observation == "paper" else 16
+    batch = _pickline.Batch(
+        station, patterns, conditions(**under), observation, slots, wait, reward, count
+    )
+    return station, patterns, batch
+
+
+def observation_space(batch: _pickline.Batch) -> Any:
+    """The space of one observation."""
+    return spaces.Box(-np.inf, np.inf, (batch.observation_size,), np.float32)
+
+
+def rust_seed(seed: int) -> int:
+    """The seed of the episodes: Rust has 64 bits."""
+    return seed % 2**64

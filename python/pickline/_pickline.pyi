@@ -1,0 +1,210 @@
+"""The Rust side: stations, patterns and environments."""
+
+import os
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__version__: str
+OBSERVATION_VERSION: int
+
+class Station:
+    """A belt and the robots along it; it cannot be changed.
+
+    Args:
+        name: The name of a built-in station (``Station.built_in()``), or a station file. A file with
+            that name comes first.
+        robots: Number of identical robots on the line; as many as the station has if not given.
+        belt_speed: Speed of the belt [m/s]; the station's if not given.
+
+    Raises:
+        ValueError: An unknown name, or a value that the model does not allow.
+        OSError: A file that cannot be read.
+    """
+
+    def __new__(
+        cls,
+        name: str | os.PathLike[str] = "paper",
+        *,
+        robots: int | None = None,
+        belt_speed: float | None = None,
+    ) -> Self: ...
+    @staticmethod
+    def from_toml(
+        text: str,
+        *,
+        name: str = "the station",
+        robots: int | None = None,
+        belt_speed: float | None = None,
+    ) -> Station:
+        """The station of the text of a station file, which messages call ``name``."""
+
+    @staticmethod
+    def built_in() -> list[str]:
+        """The names of the built-in stations, the default first."""
+
+    def to_toml(self) -> str:
+        """The station as the text of a station file; ``from_toml`` reads an equal one."""
+
+    @property
+    def hash(self) -> str:
+        """The hash by which results name the station."""
+    @property
+    def robots(self) -> list[str]:
+        """The names of the robots, upstream first."""
+    @property
+    def classes(self) -> list[str]:
+        """The names of the classes of items."""
+    @property
+    def belt_speed(self) -> float:
+        """Speed of the belt [m/s]."""
+    @property
+    def belt_length(self) -> float:
+        """Length of the belt [m]."""
+    @property
+    def belt_width(self) -> float:
+        """Width of the belt [m]."""
+    def __hash__(self) -> int: ...
+
+class Pattern:
+    """The items of one run, furthest downstream first; it cannot be changed.
+
+    Columns are arrays or lists of one dimension with a value for every item, in any order; in lists
+    ``None`` is an unknown value.
+
+    Args:
+        x: Position along the travel at time 0 [m], at most 0.
+        y: Position across the belt from its centre line [m].
+        id: Unique names; "1", "2", ... if not given.
+        area_cm2: Area seen from above [cm^2].
+        p_detection: Probability that the detection is a real item.
+        p_grasp: Probability that a grasp succeeds.
+        weight: Explicit reward r, instead of the one computed from the three columns before.
+        item_class: The class that the item is reported as.
+        true_class: The class that the item is of.
+
+    Raises:
+        TypeError: A column that does not hold numbers, or texts.
+        ValueError: Another shape, or a value that the model does not allow, such as NaN.
+    """
+
+    def __new__(
+        cls,
+        x: ArrayLike,
+        y: ArrayLike,
+        *,
+        id: list[str] | None = None,
+        area_cm2: ArrayLike | list[float | None] | None = None,
+        p_detection: ArrayLike | list[float | None] | None = None,
+        p_grasp: ArrayLike | list[float | None] | None = None,
+        weight: ArrayLike | list[float | None] | None = None,
+        item_class: list[str | None] | None = None,
+        true_class: list[str | None] | None = None,
+    ) -> Self: ...
+    @staticmethod
+    def from_csv(path: str | os.PathLike[str]) -> Pattern:
+        """Read a pattern file."""
+
+    @staticmethod
+    def from_csv_text(text: str, *, name: str = "the pattern") -> Pattern:
+        """The pattern of the text of a pattern file, which messages call ``name``."""
+
+    @staticmethod
+    def grid(width: float | Station, spacing: float, items: int) -> Pattern:
+        """A square lattice with this spacing [m] on a belt of this width [m]."""
+
+    @staticmethod
+    def poisson(width: float | Station, radius: float, items: int, *, seed: int = 1) -> Pattern:
+        """Items at random, no two closer than ``radius`` [m], with no room for another."""
+
+    @staticmethod
+    def random(station: Station, flow: float, items: int, *, seed: int = 1) -> Pattern:
+        """A Poisson process of ``flow`` items per minute [1/min] on the belt of a station."""
+
+    def to_csv(self) -> str:
+        """The pattern as the text of a pattern file; ``from_csv_text`` reads an equal one."""
+
+    @property
+    def x(self) -> NDArray[np.float64]:
+        """Positions along the travel at time 0 [m], [items]."""
+    @property
+    def y(self) -> NDArray[np.float64]:
+        """Positions across the belt [m], [items]."""
+    @property
+    def reward(self) -> NDArray[np.float64]:
+        """Rewards r, before the values of classes [items]."""
+    @property
+    def id(self) -> list[str]:
+        """Names of the items."""
+    @property
+    def item_class(self) -> list[str | None]:
+        """The classes that the items are reported as."""
+    def __len__(self) -> int: ...
+
+def patterns(
+    source: str,
+    station: Station,
+    *,
+    items: int = 50,
+    flow: float | None = None,
+    classes: str | None = None,
+    seed: int = 1,
+) -> list[Pattern]:
+    """The patterns of a source, as after ``--patterns`` of the program.
+
+    Args:
+        source: ``grid:S``, ``poisson:R:N``, ``balanced:N``, ``FEED:F/min:N``, a file or a folder.
+        station: The station for whose belt they are.
+        items: Items per pattern.
+        flow: Items per minute of a feed that does not say so [1/min].
+        classes: Classes and their shares, such as ``"pet:0.6,wood:0.4"``.
+        seed: Seed of everything random.
+    """
+
+def simulate(
+    station: Station,
+    pattern: Pattern,
+    strategy: str,
+    conditions: dict[str, Any],
+    seed: int,
+    bound: bool,
+) -> dict[str, Any]:
+    """The parts of a :class:`pickline.Simulation`."""
+
+def program(words: list[str]) -> int:
+    """Run the program with these words, of which the first is its name; returns its exit code."""
+
+class Batch:
+    """The environments behind ``SortingEnv`` and ``SortingVectorEnv``."""
+
+    def __new__(
+        cls,
+        station: Station,
+        patterns: list[Pattern],
+        conditions: dict[str, Any],
+        observation: str,
+        slots: int,
+        wait: bool,
+        reward: tuple[float, float],
+        count: int,
+    ) -> Self: ...
+    @property
+    def observation_size(self) -> int: ...
+    @property
+    def actions(self) -> int: ...
+    def reseed(self, index: int, seed: int) -> None: ...
+    def reset(
+        self,
+        observations: NDArray[np.float32],
+        masks: NDArray[np.bool_],
+        chosen: NDArray[np.bool_] | None = None,
+    ) -> None: ...
+    def step(self, actions: NDArray[np.int64], written: tuple[NDArray[Any], ...]) -> None: ...
+    def begin(self, observation: NDArray[np.float32], mask: NDArray[np.bool_]) -> None: ...
+    def advance(
+        self, action: int, observation: NDArray[np.float32], mask: NDArray[np.bool_]
+    ) -> tuple[float, dict[str, Any] | None]: ...
+    def picks(self, index: int) -> tuple[int, dict[str, NDArray[Any]]]: ...
+    def due(self, index: int) -> tuple[int, float] | None: ...
+    def items(self, index: int) -> list[int]: ...

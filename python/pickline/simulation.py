@@ -1,0 +1,182 @@
+"""Simulating one run."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pickline import _pickline
+from pickline._pickline import Pattern, Station
+
+__all__ = ["Picks", "Simulation", "simulate"]
+
+
+@dataclass(frozen=True, eq=False)
+class Picks:
+    """Picks in order of decision, one array a column, all of shape [picks].
+
+    ========== ======= ====================================================================
+    column     dtype   meaning
+    ========== ======= ====================================================================
+    robot      int64   index of the robot, upstream first
+    item       int64   index of the item in its pattern
+    bin        int64   index of the robot's bin that the item goes into
+    decide     float64 when the robot left for the item [s]
+    grasp      float64 when the item leaves the belt, the start of the grasp [s]
+    release    float64 when the item is in the bin and the robot is free [s]
+    x, y       float64 where the item was met [m]
+    ========== ======= ====================================================================
+    """
+
+    robot: NDArray[np.int64]
+    item: NDArray[np.int64]
+    bin: NDArray[np.int64]
+    decide: NDArray[np.float64]
+    grasp: NDArray[np.float64]
+    release: NDArray[np.float64]
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.item)
+
+    def to_dict(self) -> dict[str, NDArray[Any]]:
+        """The columns by name, as ``pandas.DataFrame`` and ``polars.DataFrame`` take them."""
+        return dict(vars(self))
+
+
+@dataclass(frozen=True, eq=False)
+class Simulation:
+    """What came of a run, verified by the independent checker."""
+
+    strategy: str
+    """The full name of the strategy."""
+    items: int
+    """Number of items that are to be picked, n."""
+    picked: int
+    """Number of items picked, k."""
+    weight: float
+    """Sum of the rewards of the picked items."""
+    end: float
+    """End of the run, T [s]."""
+    picking_rate: float
+    """60 k / T [1/min]."""
+    weighted_rate: float
+    """60 weight / T [1/min]."""
+    picks: Picks
+    """The successful picks."""
+    failures: Picks
+    """The failed attempts: what was intended. Empty if nothing can go wrong."""
+    failure_causes: list[str]
+    """Why each attempt failed: ``grasp`` or ``out_of_reach``."""
+    missed: NDArray[np.int64]
+    """Indices of the items that were to be picked and were not, downstream first."""
+    miss_reasons: list[str]
+    """Why each of them was missed."""
+    left: NDArray[np.int64]
+    """Indices of the items that were left on the belt on purpose."""
+    robot_picked: NDArray[np.int64]
+    """Number of items that each robot picked [robots]."""
+    robot_failed: NDArray[np.int64]
+    """Number of failed attempts of each robot [robots]."""
+    robot_weight: NDArray[np.float64]
+    """Sum of the rewards that each robot picked [robots]."""
+    robot_busy: NDArray[np.float64]
+    """Time that each robot was busy [s], [robots]."""
+    bound_picked: float | None
+    """What no strategy can pick more of, if asked for."""
+    bound_rate: float | None
+    """The picking rate that no strategy can exceed [1/min], if asked for and found."""
+    notes: list[str]
+    """Remarks on the settings."""
+
+    def __repr__(self) -> str:
+        return (
+            f"<Simulation of {self.strategy}: {self.picked} of {self.items} items in "
+            f"{self.end:.1f} s, {self.picking_rate:.1f}/min>"
+        )
+
+
+def conditions(
+    *,
+    update_hz: float = 0.0,
+    camera_x: float | None = None,
+    min_detection: float = 0.0,
+    grasp_success: float | None = None,
+    position_noise: float = 0.0,
+    misdetections: bool = False,
+) -> dict[str, Any]:
+    """The conditions of runs with all their values; a misspelled one is a ``TypeError``."""
+    return dict(
+        update_hz=update_hz,
+        camera_x=camera_x,
+        min_detection=min_detection,
+        grasp_success=grasp_success,
+        position_noise=position_noise,
+        misdetections=misdetections,
+    )
+
+
+def as_station(station: Station | str | os.PathLike[str]) -> Station:
+    """The station itself, or the one of this name or file."""
+    return station if isinstance(station, Station) else Station(station)
+
+
+def simulate(
+    station: Station | str | os.PathLike[str],
+    pattern: Pattern,
+    strategy: str = "SPT,FIFO",
+    *,
+    seed: int = 1,
+    bound: bool = False,
+    **under: Any,
+) -> Simulation:
+    """Simulate ``strategy`` on ``pattern`` and verify the run with the independent checker.
+
+    The GIL is released. Ctrl-C stops the search for bases of the look-ahead and for the bound.
+
+    Args:
+        station: A station, the name of a built-in one, or a station file.
+        pattern: The items that arrive.
+        strategy: As after ``--strategy`` of the program: rules such as ``SPT,FIFO``, ``lookahead``,
+            ``onnx``, ``onnx:FILE``.
+        seed: Seed of everything random in the run, and of the search for bases.
+        bound: Whether to also find what no strategy can exceed.
+        **under: Conditions of the run:
+
+            * ``update_hz``: decisions only at multiples of 1 / this [Hz]; 0 for any time
+            * ``camera_x``: position of the camera [m]; only items that have passed it are known
+            * ``min_detection``: items with a lower ``p_detection`` are left on the belt
+            * ``grasp_success``: grasps may fail; probability of success for items without ``p_grasp``
+            * ``position_noise``: standard deviation of reported positions [m]
+            * ``misdetections``: whether detections may be wrong
+
+    Raises:
+        ValueError: A value, a strategy or a pattern that does not fit the station.
+        OSError: A file that cannot be read.
+        KeyboardInterrupt: Ctrl-C.
+    """
+    parts = _pickline.simulate(
+        as_station(station), pattern, strategy, conditions(**under), seed, bound
+    )
+    return Simulation(
+        strategy=parts["strategy"],
+        **parts["figures"],
+        picks=Picks(**parts["picks"]),
+        failures=Picks(**parts["failures"]),
+        failure_causes=parts["causes"],
+        missed=parts["missed"],
+        miss_reasons=parts["reasons"],
+        left=parts["left"],
+        robot_picked=parts["robot_picked"],
+        robot_failed=parts["robot_failed"],
+        robot_weight=parts["robot_weight"],
+        robot_busy=parts["robot_busy"],
+        bound_picked=parts["bound_picked"],
+        bound_rate=parts["bound_rate"],
+        notes=parts["notes"],
+    )

@@ -1,0 +1,437 @@
+//! Environments that are stepped together.
+
+use crate::conditions::ConditionArguments;
+use crate::errors::exception;
+use crate::pattern::Pattern;
+use crate::scalars;
+use crate::simulate::{figures_by_name, pick_columns};
+use crate::station::Station;
+use crate::work;
+use numpy::ndarray::Dimension;
+use numpy::{
+    Element, PyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadwriteArray,
+    PyUntypedArrayMethods,
+};
+use pickline::Result as Fallible;
+use pickline::decision::observation::{Layout, View};
+use pickline::rl::{self, DispatchEnvironment, Reward, Step};
+use pickline::sim::{Conditions, Scene};
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rayon::prelude::*;
+use self_cell::self_cell;
+use std::sync::{Arc, Mutex, MutexGuard};
+
+/// A pattern on its line.
+struct Course {
+    station: Arc<pickline::Station>,
+    pattern: Arc<pickline::Pattern>,
+    conditions: Conditions,
+}
+
+type Scenes<'a> = Vec<Scene<'a>>;
+
+self_cell!(
+    /// Courses with the scenes that borrow them.
+    struct OwnedScenes {
+        owner: Vec<Course>,
+        #[covariant]
+        dependent: Scenes,
+    }
+);
+
+type Environments<'a> = rl::Batch<'a>;
+
+self_cell!(
+    /// Scenes with the environments that borrow them.
+    struct OwnedEnvironments {
+        owner: OwnedScenes,
+        #[covariant]
+        dependent: Environments,
+    }
+);
+
+/// The environments, and the buffers of a step.
+struct State {
+    environments: OwnedEnvironments,
+    actions: Vec<usize>,
+    steps: Vec<Step>,
+}
+
+/// The environments behind ``SortingEnv`` and ``SortingVectorEnv``.
+#[pyclass(frozen, module = "pickline._pickline")]
+pub(crate) struct Batch {
+    layout: Layout,
+    count: usize,
+    /// `None` after a panic.
+    state: Mutex<Option<State>>,
+}
+
+/// The arrays that a step writes: observations [count, observation], masks [count, actions], rewards
+/// and ends [count], items and items picked [count, 2], weight, end, picking rate and weighted rate of
+/// the episodes that are over [count, 4], zero where one goes on.
+type Written<'py> = (
+    Bound<'py, PyArray2<f32>>,
+    Bound<'py, PyArray2<bool>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<bool>>,
+    Bound<'py, PyArray2<i64>>,
+    Bound<'py, PyArray2<f64>>,
+);
+
+impl Course {
+    fn scene(&self) -> Fallible<Scene<'_>> {
+        Scene::under(&self.station, &self.pattern, self.conditions.clone())
+    }
+}
+
+/// An array from Python for writing. Only who holds the state of the batch may ask for it, because
+/// Python hands over the same arrays at every step.
+fn borrowed<'py, T: Element, D: Dimension>(
+    array: &Bound<'py, PyArray<T, D>>,
+) -> PyResult<PyReadwriteArray<'py, T, D>> {
+    array.try_readwrite().map_err(|error| {
+        PyRuntimeError::new_err(format!(
+            "a buffer of the environment: {error}\n  cure: give writable arrays that nothing else uses"
+        ))
+    })
+}
+
+/// The values of an array from Python, row by row.
+fn rows<'a, T: Element, D: Dimension>(
+    array: &'a mut PyReadwriteArray<'_, T, D>,
+) -> PyResult<&'a mut [T]> {
+    let problem = match array.is_c_contiguous() {
+        true => match array.as_slice_mut() {
+            Ok(values) => return Ok(values),
+            Err(error) => error.to_string(),
+        },
+        false => "its values are not row by row".into(),
+    };
+    Err(PyValueError::new_err(format!(
+        "a buffer of the environment: {problem}\n  cure: give a C-contiguous array"
+    )))
+}
+
+/// The state of a batch, which nobody else has meanwhile.
+struct Held<'a>(MutexGuard<'a, Option<State>>);
+
+impl Held<'_> {
+    /// Calls `work` on the threads of this process, without the GIL.
+    fn on_threads<T: Send>(
+        self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut State) -> Fallible<T> + Send,
+    ) -> PyResult<T> {
+        self.with(|state| work::parallel(py, || Ok(work(state))))
+    }
+
+    /// Calls `work` with environment `index` on this thread: handing a single step to another thread
+    /// would take longer than the step.
+    fn on_one<T: Send>(
+        self,
+        py: Python<'_>,
+        index: usize,
+        work: impl FnOnce(&mut DispatchEnvironment) -> Fallible<T> + Send,
+    ) -> PyResult<T> {
+        self.with(|state| {
+            let count = state.steps.len();
+            if index >= count {
+                return Err(PyValueError::new_err(format!(
+                    "index: {index} of {count} environments\n  cure: give a smaller one"
+                )));
+            }
+            work::quick(py, || {
+                let work = |batch: &mut rl::Batch| work(&mut batch.environments()[index]);
+                Ok(state
+                    .environments
+                    .with_dependent_mut(|_, batch| work(batch)))
+            })
+        })
+    }
+
+    /// Calls `work`; the state is gone if that panics.
+    fn with<T>(mut self, work: impl FnOnce(&mut State) -> PyResult<Fallible<T>>) -> PyResult<T> {
+        let Some(mut state) = self.0.take() else {
+            return Err(PyRuntimeError::new_err(
+                "the environment is unusable after a defect of the library\n  cure: make a new \
+                 environment",
+            ));
+        };
+        let done = work(&mut state);
+        // No panic, so the state is whole.
+        *self.0 = Some(state);
+        done?.map_err(exception)
+    }
+}
+
+impl Batch {
+    fn hold(&self) -> PyResult<Held<'_>> {
+        match self.state.try_lock() {
+            Ok(state) => Ok(Held(state)),
+            Err(_) => Err(PyRuntimeError::new_err(
+                "the environment is being stepped by another thread\n  cure: give every thread an \
+                 environment of its own",
+            )),
+        }
+    }
+
+    /// Checks the lengths of arrays from Python, before the library asserts them.
+    fn check(&self, lengths: &[(&str, usize, usize)]) -> PyResult<()> {
+        match lengths.iter().find(|(_, found, due)| found != due) {
+            None => Ok(()),
+            Some((name, found, due)) => Err(PyValueError::new_err(format!(
+                "{name}: {found} values, but {due} are needed\n  cure: give {due} values"
+            ))),
+        }
+    }
+}
+
+#[pymethods]
+impl Batch {
+    #[new]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "keyword arguments of the Python classes"
+    )]
+    fn new(
+        py: Python<'_>,
+        station: &Station,
+        patterns: Vec<PyRef<'_, Pattern>>,
+        #[pyo3(from_py_with = ConditionArguments::read)] conditions: ConditionArguments,
+        observation: &str,
+        #[pyo3(from_py_with = scalars::count)] slots: usize,
+        wait: bool,
+        reward: (f64, f64),
+        #[pyo3(from_py_with = scalars::count)] count: usize,
+    ) -> PyResult<Self> {
+        let view: View = observation.parse().map_err(exception)?;
+        let layout = Layout::new(view, slots, wait).map_err(exception)?;
+        if count == 0 {
+            return Err(PyValueError::new_err("num_envs: 0\n  cure: give 1 or more"));
+        }
+        let (pick, rate) = reward;
+        let reward = Reward { pick, rate };
+        let conditions = conditions.resolve(0)?;
+        let patterns: Vec<_> = patterns.iter().map(|p| Arc::clone(&p.inner)).collect();
+        let course = |(place, pattern)| Course {
+            station: Arc::clone(&station.inner),
+            pattern,
+            conditions: conditions.of_place(place),
+        };
+        let courses: Vec<_> = patterns.into_iter().enumerate().map(course).collect();
+        let environments = work::parallel(py, || {
+            reward.check()?;
+            let scenes = OwnedScenes::try_new(courses, |courses| {
+                courses.par_iter().map(Course::scene).collect()
+            })?;
+            OwnedEnvironments::try_new(scenes, |scenes| {
+                rl::Batch::new(scenes.borrow_dependent(), layout, reward, count, 0)
+            })
+        })?;
+        let step = Step {
+            reward: 0.0,
+            ended: None,
+        };
+        Ok(Self {
+            layout,
+            count,
+            state: Mutex::new(Some(State {
+                environments,
+                actions: vec![0; count],
+                steps: vec![step; count],
+            })),
+        })
+    }
+
+    /// Number of values in an observation.
+    #[getter]
+    fn observation_size(&self) -> usize {
+        self.layout.observation()
+    }
+
+    /// Number of actions.
+    #[getter]
+    fn actions(&self) -> usize {
+        self.layout.actions()
+    }
+
+    /// From now on, environment `index` draws its episodes from `seed`.
+    fn reseed(&self, py: Python<'_>, index: usize, seed: u64) -> PyResult<()> {
+        self.hold()?.on_one(py, index, |environment| {
+            environment.reseed((seed, 0));
+            Ok(())
+        })
+    }
+
+    /// Begins an episode in the environments of `chosen` [count], or in all.
+    #[pyo3(signature = (observations, masks, chosen = None))]
+    fn reset(
+        &self,
+        py: Python<'_>,
+        observations: Bound<'_, PyArray2<f32>>,
+        masks: Bound<'_, PyArray2<bool>>,
+        chosen: Option<PyReadonlyArray1<'_, bool>>,
+    ) -> PyResult<()> {
+        let held = self.hold()?;
+        let mut observations = borrowed(&observations)?;
+        let observations = rows(&mut observations)?;
+        let mut masks = borrowed(&masks)?;
+        let masks = rows(&mut masks)?;
+        let (size, actions) = (self.layout.observation(), self.layout.actions());
+        self.check(&[
+            ("observations", observations.len(), self.count * size),
+            ("masks", masks.len(), self.count * actions),
+        ])?;
+        let chosen: Option<Vec<bool>> = chosen.map(|c| c.as_array().iter().copied().collect());
+        if let Some(chosen) = &chosen {
+            self.check(&[("reset_mask", chosen.len(), self.count)])?;
+        }
+        held.on_threads(py, |state| {
+            state.environments.with_dependent_mut(|_, batch| {
+                match chosen {
+                    None => batch.reset(observations, masks),
+                    Some(chosen) => batch.reset_chosen(&chosen, observations, masks),
+                }
+                Ok(())
+            })
+        })
+    }
+
+    /// Takes an action in every environment; where the episode is over, the next one begins.
+    fn step(
+        &self,
+        py: Python<'_>,
+        actions: PyReadonlyArray1<'_, i64>,
+        written: Written<'_>,
+    ) -> PyResult<()> {
+        let (observations, masks, rewards, ended, counts, values) = written;
+        let actions = actions.as_array();
+        let held = self.hold()?;
+        let mut observations = borrowed(&observations)?;
+        let observations = rows(&mut observations)?;
+        let mut masks = borrowed(&masks)?;
+        let masks = rows(&mut masks)?;
+        let mut rewards = borrowed(&rewards)?;
+        let rewards = rows(&mut rewards)?;
+        let mut ended = borrowed(&ended)?;
+        let ended = rows(&mut ended)?;
+        let mut counts = borrowed(&counts)?;
+        let counts = rows(&mut counts)?;
+        let mut values = borrowed(&values)?;
+        let values = rows(&mut values)?;
+        let (size, wide) = (self.layout.observation(), self.layout.actions());
+        self.check(&[
+            ("actions", actions.len(), self.count),
+            ("observations", observations.len(), self.count * size),
+            ("masks", masks.len(), self.count * wide),
+            ("rewards", rewards.len(), self.count),
+            ("ends", ended.len(), self.count),
+            ("counts", counts.len(), self.count * 2),
+            ("values", values.len(), self.count * 4),
+        ])?;
+        held.on_threads(py, |state| {
+            for (action, given) in state.actions.iter_mut().zip(actions) {
+                // Negative actions are out of range, as too large ones are.
+                *action = usize::try_from(*given).unwrap_or(usize::MAX);
+            }
+            let State {
+                environments,
+                actions,
+                steps,
+            } = state;
+            environments.with_dependent_mut(|_, batch| {
+                batch.check_actions(actions)?;
+                batch.step(actions, observations, masks, steps)
+            })?;
+            let rows = counts.chunks_exact_mut(2).zip(values.chunks_exact_mut(4));
+            let flags = rewards.iter_mut().zip(ended);
+            for ((step, (reward, ended)), (counts, values)) in steps.iter().zip(flags).zip(rows) {
+                *reward = step.reward;
+                *ended = step.ended.is_some();
+                if let Some(figures) = &step.ended {
+                    counts.copy_from_slice(&[figures.items as i64, figures.picked as i64]);
+                    let (rate, weighted) = (figures.picking_rate(), figures.weighted_rate());
+                    values.copy_from_slice(&[figures.weight, figures.end, rate, weighted]);
+                } else {
+                    counts.fill(0);
+                    values.fill(0.0);
+                }
+            }
+            Ok(())
+        })
+    }
+
+    /// Takes `action` in the only environment, in which no new episode begins. Returns the reward,
+    /// and the figures of the episode if it is over.
+    fn advance<'py>(
+        &self,
+        py: Python<'py>,
+        action: i64,
+        observation: Bound<'_, PyArray1<f32>>,
+        mask: Bound<'_, PyArray1<bool>>,
+    ) -> PyResult<(f64, Option<Bound<'py, PyDict>>)> {
+        let held = self.hold()?;
+        let mut observation = borrowed(&observation)?;
+        let observation = rows(&mut observation)?;
+        let mut mask = borrowed(&mask)?;
+        let mask = rows(&mut mask)?;
+        self.check(&[
+            ("environments", self.count, 1),
+            ("observation", observation.len(), self.layout.observation()),
+            ("mask", mask.len(), self.layout.actions()),
+        ])?;
+        let action = usize::try_from(action).unwrap_or(usize::MAX);
+        let step = held.on_one(py, 0, |environment| {
+            environment.advance(action, observation, mask)
+        })?;
+        let figures = step.ended.map(|figures| figures_by_name(py, &figures));
+        Ok((step.reward, figures.transpose()?))
+    }
+    /// Begins an episode in the only environment.
+    fn begin(
+        &self,
+        py: Python<'_>,
+        observation: Bound<'_, PyArray1<f32>>,
+        mask: Bound<'_, PyArray1<bool>>,
+    ) -> PyResult<()> {
+        let held = self.hold()?;
+        let mut observation = borrowed(&observation)?;
+        let observation = rows(&mut observation)?;
+        let mut mask = borrowed(&mask)?;
+        let mask = rows(&mut mask)?;
+        self.check(&[
+            ("observation", observation.len(), self.layout.observation()),
+            ("mask", mask.len(), self.layout.actions()),
+        ])?;
+        held.on_one(py, 0, |environment| {
+            environment.reset(observation, mask);
+            Ok(())
+        })
+    }
+
+    /// The index of the pattern that environment `index` picks, and the picks so far by column.
+    fn picks<'py>(&self, py: Python<'py>, index: usize) -> PyResult<(usize, Bound<'py, PyDict>)> {
+        let (scene, picks) = self.hold()?.on_one(py, index, |environment| {
+            let scene = environment.scene();
+            let picks = environment.run().map(|run| run.picks().to_vec());
+            Ok((scene, picks.unwrap_or_default()))
+        })?;
+        Ok((scene, pick_columns(py, &picks)?))
+    }
+
+    /// The index of the robot that decides in environment `index`, and when [s]; `None` if the episode
+    /// is over.
+    fn due(&self, py: Python<'_>, index: usize) -> PyResult<Option<(usize, f64)>> {
+        self.hold()?.on_one(py, index, |environment| {
+            let due = environment.run().and_then(|run| run.next_decision());
+            Ok(due.map(|snapshot| (snapshot.robot, snapshot.time)))
+        })
+    }
+    /// The items in the slots of environment `index`, as indices into its pattern.
+    fn items(&self, py: Python<'_>, index: usize) -> PyResult<Vec<u32>> {
+        self.hold()?
+            .on_one(py, index, |environment| Ok(environment.items()))
+    }
+}

@@ -1,0 +1,51 @@
+//! The conditions of a run, from keyword arguments.
+
+use crate::errors::exception;
+use pickline::sim::{Conditions, Disturbances};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// The keyword arguments that conditions are made of.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct ConditionArguments {
+    update_hz: f64,
+    camera_x: Option<f64>,
+    min_detection: f64,
+    grasp_success: Option<f64>,
+    position_noise: f64,
+    misdetections: bool,
+}
+
+impl ConditionArguments {
+    /// Reads them from the dictionary that the Python side makes of keyword arguments.
+    pub(crate) fn read(given: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let wrong = |problem: String| {
+            PyTypeError::new_err(format!(
+                "conditions: {problem}\n  cure: give them as keyword arguments, with numbers"
+            ))
+        };
+        let dictionary = given
+            .cast::<PyDict>()
+            .map_err(|error| wrong(error.to_string()))?;
+        let read = dictionary.extract::<Self>();
+        read.map_err(|error| wrong(error.value(given.py()).to_string()))
+    }
+
+    /// The conditions, with random events from `seed`.
+    pub(crate) fn resolve(&self, seed: u64) -> PyResult<Conditions> {
+        let disturbances = Disturbances::default()
+            .with_grasp_failures(self.grasp_success.is_some())
+            .with_default_p_grasp(self.grasp_success.unwrap_or(1.0))
+            .with_position_noise(self.position_noise)
+            .with_misdetections(self.misdetections)
+            .with_seed(seed);
+        let conditions = Conditions::at_update_hz(self.update_hz)
+            .with_camera_x(self.camera_x)
+            .with_min_detection(self.min_detection)
+            .with_disturbances(disturbances);
+        conditions.check().map_err(exception)?;
+        Ok(conditions)
+    }
+}

@@ -1,0 +1,13 @@
+//! The program `pickline`.
+
+use crate::errors::panicked;
+use pyo3::prelude::*;
+use std::ffi::OsString;
+use std::panic::catch_unwind;
+
+/// Run the program with these words, of which the first is its name; returns its exit code.
+#[pyfunction]
+pub(crate) fn program(py: Python<'_>, words: Vec<OsString>) -> PyResult<u8> {
+    let done = py.detach(|| catch_unwind(|| pickline_cli::call_hosted(&words)));
+    done.map_err(|panic| panicked(&*panic))
+}

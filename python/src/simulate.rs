@@ -1,0 +1,92 @@
+//! Simulating one run.
+
+use crate::arrays::array;
+use crate::conditions::ConditionArguments;
+use crate::pattern::Pattern;
+use crate::scalars;
+use crate::station::Station;
+use crate::work;
+use pickline::decision::{Figures, Pick};
+use pickline::strategies;
+use pickline::study::{SimulateOptions, simulate_and_check};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// The columns of `picks`, by name.
+pub(crate) fn pick_columns<'py>(py: Python<'py>, picks: &[Pick]) -> PyResult<Bound<'py, PyDict>> {
+    let columns = PyDict::new(py);
+    let picks = || picks.iter();
+    columns.set_item("robot", array(py, picks().map(|pick| pick.robot as i64)))?;
+    columns.set_item("item", array(py, picks().map(|pick| i64::from(pick.item))))?;
+    columns.set_item("bin", array(py, picks().map(|pick| i64::from(pick.bin))))?;
+    columns.set_item("decide", array(py, picks().map(|pick| pick.decide)))?;
+    columns.set_item("grasp", array(py, picks().map(|pick| pick.grasp)))?;
+    columns.set_item("release", array(py, picks().map(|pick| pick.release)))?;
+    columns.set_item("x", array(py, picks().map(|pick| pick.meet.x)))?;
+    columns.set_item("y", array(py, picks().map(|pick| pick.meet.y)))?;
+    Ok(columns)
+}
+
+/// The figures of a run, by name.
+pub(crate) fn figures_by_name<'py>(
+    py: Python<'py>,
+    figures: &Figures,
+) -> PyResult<Bound<'py, PyDict>> {
+    let named = PyDict::new(py);
+    named.set_item("items", figures.items)?;
+    named.set_item("picked", figures.picked)?;
+    named.set_item("weight", figures.weight)?;
+    named.set_item("end", figures.end)?;
+    named.set_item("picking_rate", figures.picking_rate())?;
+    named.set_item("weighted_rate", figures.weighted_rate())?;
+    Ok(named)
+}
+
+/// The parts of a :class:`pickline.Simulation`.
+#[pyfunction]
+pub(crate) fn simulate<'py>(
+    py: Python<'py>,
+    station: &Station,
+    pattern: &Pattern,
+    strategy: &str,
+    #[pyo3(from_py_with = ConditionArguments::read)] conditions: ConditionArguments,
+    #[pyo3(from_py_with = scalars::seed)] seed: u64,
+    bound: bool,
+) -> PyResult<Bound<'py, PyDict>> {
+    let options = SimulateOptions::default()
+        .with_seed(seed)
+        .with_conditions(conditions.resolve(seed)?)
+        .with_check(true)
+        .with_bound(bound);
+    let (on, of) = (&*station.inner, &*pattern.inner);
+    let run = work::long(py, |environment| {
+        let strategy = strategies::parse(strategy)?;
+        simulate_and_check(on, of, &strategy, &options, environment)
+    })?;
+    let outcome = &run.outcome;
+    let parts = PyDict::new(py);
+    parts.set_item("strategy", &run.strategy)?;
+    parts.set_item("figures", figures_by_name(py, &outcome.figures)?)?;
+    parts.set_item("picks", pick_columns(py, &outcome.picks)?)?;
+    let failed: Vec<Pick> = outcome.failures.iter().map(|f| f.attempt).collect();
+    parts.set_item("failures", pick_columns(py, &failed)?)?;
+    let causes = outcome.failures.iter().map(|failure| failure.cause.name());
+    parts.set_item("causes", causes.collect::<Vec<_>>())?;
+    let missed = outcome.missed.iter();
+    parts.set_item("missed", array(py, missed.map(|miss| i64::from(miss.item))))?;
+    let reasons = outcome.missed.iter().map(|miss| miss.reason.name());
+    parts.set_item("reasons", reasons.collect::<Vec<_>>())?;
+    let left = outcome.left.iter();
+    parts.set_item("left", array(py, left.map(|left| i64::from(left.item))))?;
+    let robots = || outcome.robots.iter();
+    parts.set_item("robot_picked", array(py, robots().map(|r| r.picked as i64)))?;
+    parts.set_item("robot_failed", array(py, robots().map(|r| r.failed as i64)))?;
+    parts.set_item("robot_weight", array(py, robots().map(|r| r.weight)))?;
+    parts.set_item("robot_busy", array(py, robots().map(|r| r.busy)))?;
+    let notes = run.notes.iter().map(ToString::to_string);
+    parts.set_item("notes", notes.collect::<Vec<_>>())?;
+    let bound = run.bound.as_ref();
+    parts.set_item("bound_picked", bound.map(|bound| bound.value))?;
+    parts.set_item("bound_rate", bound.and_then(|bound| bound.rate))?;
+    Ok(parts)
+}

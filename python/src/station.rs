@@ -1,0 +1,148 @@
+//! Stations.
+
+use crate::scalars;
+use crate::work;
+use pickline::station::{self, BUILT_INS, Overrides};
+use pyo3::prelude::*;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// A belt and the robots along it; it cannot be changed.
+///
+/// Args:
+///     name: The name of a built-in station (``Station.built_in()``), or a station file. A file with
+///         that name comes first.
+///     robots: Number of identical robots on the line; as many as the station has if not given.
+///     belt_speed: Speed of the belt [m/s]; the station's if not given.
+///
+/// Raises:
+///     ValueError: An unknown name, or a value that the model does not allow.
+///     OSError: A file that cannot be read.
+#[pyclass(frozen, module = "pickline", eq)]
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Station {
+    pub(crate) inner: Arc<pickline::Station>,
+}
+
+impl From<pickline::Station> for Station {
+    fn from(station: pickline::Station) -> Self {
+        Self {
+            inner: Arc::new(station),
+        }
+    }
+}
+
+fn overrides(robots: Option<usize>, belt_speed: Option<f64>) -> Overrides {
+    Overrides::default()
+        .with_robots(robots)
+        .with_belt_speed(belt_speed)
+}
+
+#[pymethods]
+impl Station {
+    #[new]
+    #[pyo3(signature = (name = PathBuf::from("paper"), *, robots = None, belt_speed = None))]
+    fn new(
+        py: Python<'_>,
+        name: PathBuf,
+        #[pyo3(from_py_with = scalars::optional_count)] robots: Option<usize>,
+        belt_speed: Option<f64>,
+    ) -> PyResult<Self> {
+        let name = name.to_string_lossy();
+        let overrides = overrides(robots, belt_speed);
+        let station = work::quick(py, || station::load(&name, overrides))?;
+        Ok(station.into())
+    }
+
+    /// The station of the text of a station file, which messages call ``name``.
+    #[staticmethod]
+    #[pyo3(signature = (text, *, name = "the station", robots = None, belt_speed = None))]
+    fn from_toml(
+        py: Python<'_>,
+        text: &str,
+        name: &str,
+        #[pyo3(from_py_with = scalars::optional_count)] robots: Option<usize>,
+        belt_speed: Option<f64>,
+    ) -> PyResult<Self> {
+        let overrides = overrides(robots, belt_speed);
+        let station = work::quick(py, || station::parse(text, name, overrides))?;
+        Ok(station.into())
+    }
+
+    /// The names of the built-in stations, the default first.
+    #[staticmethod]
+    fn built_in() -> Vec<&'static str> {
+        BUILT_INS.iter().map(|station| station.name).collect()
+    }
+
+    /// The station as the text of a station file; ``from_toml`` reads an equal one.
+    fn to_toml(&self, py: Python<'_>) -> PyResult<String> {
+        work::quick(py, || Ok(station::to_toml(&self.inner)))
+    }
+
+    /// The hash by which results name the station.
+    #[getter]
+    fn hash(&self, py: Python<'_>) -> PyResult<String> {
+        work::quick(py, || Ok(station::station_hash(&self.inner)))
+    }
+
+    /// The names of the robots, upstream first.
+    #[getter]
+    fn robots(&self) -> Vec<String> {
+        let robots = self.inner.robots().iter();
+        robots.map(|robot| robot.name.clone()).collect()
+    }
+
+    /// The names of the classes of items.
+    #[getter]
+    fn classes(&self) -> Vec<String> {
+        self.inner.class_names().to_vec()
+    }
+
+    /// Speed of the belt [m/s].
+    #[getter]
+    fn belt_speed(&self) -> f64 {
+        self.inner.belt().speed
+    }
+
+    /// Length of the belt [m].
+    #[getter]
+    fn belt_length(&self) -> f64 {
+        self.inner.belt().length
+    }
+
+    /// Width of the belt [m].
+    #[getter]
+    fn belt_width(&self) -> f64 {
+        self.inner.belt().width
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let (belt, robots) = (self.inner.belt(), self.inner.robots().len());
+        Ok(format!(
+            "<Station of {robots} robots, belt {} m x {} m at {} m/s, hash {}>",
+            belt.length,
+            belt.width,
+            belt.speed,
+            self.hash(py)?
+        ))
+    }
+
+    fn __hash__(&self, py: Python<'_>) -> PyResult<u64> {
+        // Equal stations have equal hashes; any number would do for one that is no number.
+        Ok(u64::from_str_radix(&self.hash(py)?, 16).unwrap_or_default())
+    }
+
+    fn __copy__(&self) -> Self {
+        self.clone()
+    }
+
+    fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> Self {
+        self.clone()
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
+        let read = py.get_type::<Self>().getattr("from_toml")?;
+        Ok((read, (self.to_toml(py)?,)))
+    }
+}

@@ -1,0 +1,103 @@
+//! Work without the GIL: on threads of this process, with panics as errors, stopped by Ctrl-C.
+
+use crate::errors::{exception, panicked};
+use pickline::optimize::Silent;
+use pickline::{Environment, Error};
+use pyo3::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::mem;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// How long Ctrl-C may go unnoticed.
+const POLL: Duration = Duration::from_millis(50);
+
+/// The threads of the process with this id.
+type Pool = (u32, Arc<ThreadPool>);
+
+static POOL: Mutex<Option<Pool>> = Mutex::new(None);
+
+/// The threads of this process. A fork does not copy threads, so a child gets its own.
+fn pool() -> Result<Arc<ThreadPool>, Error> {
+    let mut kept = POOL.lock().unwrap_or_else(PoisonError::into_inner);
+    let process = std::process::id();
+    if let Some((owner, pool)) = &*kept
+        && *owner == process
+    {
+        return Ok(Arc::clone(pool));
+    }
+    let pool = ThreadPoolBuilder::new()
+        .thread_name(|index| format!("pickline-{index}"))
+        .build()
+        .map_err(|error| {
+            let cure = "let the process have more threads, or set RAYON_NUM_THREADS to fewer";
+            Error::resources("the threads of pickline", error.to_string(), cure)
+        })?;
+    let pool = Arc::new(pool);
+    // The threads of the parent's pool are not there to be told to end.
+    mem::forget(kept.replace((process, Arc::clone(&pool))));
+    Ok(pool)
+}
+
+/// Runs `work` without the GIL; a panic is a `RuntimeError`.
+pub(crate) fn quick<T: Send>(
+    py: Python<'_>,
+    work: impl FnOnce() -> Result<T, Error> + Send,
+) -> PyResult<T> {
+    let done = py.detach(|| catch_unwind(AssertUnwindSafe(work)));
+    done.map_err(|panic| panicked(&*panic))?.map_err(exception)
+}
+
+/// Like [`quick`], on the threads of this process.
+pub(crate) fn parallel<T: Send>(
+    py: Python<'_>,
+    work: impl FnOnce() -> Result<T, Error> + Send,
+) -> PyResult<T> {
+    quick(py, || pool()?.install(work))
+}
+
+/// Like [`parallel`], for long work, which Ctrl-C asks to stop. What its handler raises is raised when
+/// the work has stopped.
+pub(crate) fn long<T: Send>(
+    py: Python<'_>,
+    work: impl FnOnce(&Environment) -> Result<T, Error> + Send,
+) -> PyResult<T> {
+    let stop = AtomicBool::new(false);
+    let mut raised = None;
+    let done = quick(py, || {
+        let pool = pool()?;
+        let (sender, receiver) = channel();
+        let stop = &stop;
+        pool.in_place_scope(|scope| {
+            scope.spawn(move |_| {
+                let environment = Environment {
+                    stop,
+                    progress: &Silent,
+                };
+                // The receiver is there until the work is done.
+                let _ = sender.send(work(&environment));
+            });
+            loop {
+                match receiver.recv_timeout(POLL) {
+                    Ok(done) => return done,
+                    // The work has panicked, and the scope says so.
+                    Err(RecvTimeoutError::Disconnected) => {
+                        return Err(Error::internal("the work has no result"));
+                    }
+                    Err(RecvTimeoutError::Timeout) if raised.is_none() => {
+                        raised = Python::attach(|py| py.check_signals()).err();
+                        stop.store(raised.is_some(), Ordering::Relaxed);
+                    }
+                    Err(RecvTimeoutError::Timeout) => {}
+                }
+            }
+        })
+    });
+    match raised {
+        Some(error) => Err(error),
+        None => done,
+    }
+}

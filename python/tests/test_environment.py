@@ -1,0 +1,170 @@
+"""The Gymnasium environment."""
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import pickline
+
+# What Gymnasium says of any space without bounds.
+pytestmark = pytest.mark.filterwarnings("ignore:.*A Box observation space")
+
+ID = "pickline/Sorting-v0"
+
+
+SORTING = pickline.Station("sorting")
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"observation": "paper"},
+        {
+            "observation": "real",
+            "station": SORTING,
+            "patterns": pickline.patterns("random:60/min:5", SORTING, classes="pet:0.5,wood:0.5"),
+        },
+        {"wait": True, "slots": 4},
+        {"grasp_success": 0.5, "update_hz": 10.0},
+    ],
+)
+@pytest.mark.filterwarnings("error")
+@pytest.mark.filterwarnings("ignore:.*A Box observation space")
+def test_the_checker_of_gymnasium_is_content(options):
+    check_env(gymnasium.make(ID, **options).unwrapped)
+
+
+def replay(strategy, seed, *, robots=2, **under):
+    """Plays what `strategy` picks in the simulation through the environment."""
+    station = pickline.Station("paper", robots=robots)
+    patterns = pickline.patterns("poisson:0.15:4", station, items=60)
+    env = gymnasium.make(
+        ID, station=station, patterns=patterns, slots=64, reward=(2.0, 3.0), **under
+    )
+    line = env.unwrapped
+    _, info = env.reset(seed=seed)
+    run = pickline.simulate(station, line.pattern, strategy, seed=0, **under)
+    attempts = len(run.picks) + len(run.failures)
+    columns = ("robot", "item", "decide")
+    both = [np.concatenate([getattr(run.picks, c), getattr(run.failures, c)]) for c in columns]
+    order = np.lexsort((both[0], both[2]))
+    total = 0.0
+    for step, at in enumerate(order):
+        robot, item, decide = (column[at] for column in both)
+        assert (line.robot, line.time) == (robot, decide)
+        items = line.slot_items
+        assert info["action_mask"].sum() == len(items)
+        action = np.flatnonzero(items == item)
+        _, reward, terminated, truncated, info = env.step(action[0])
+        total += reward
+        assert terminated == (step == attempts - 1) and not truncated
+    for name in vars(run.picks):
+        assert getattr(line.picks, name).tobytes() == getattr(run.picks, name).tobytes(), name
+    for name in ("items", "picked", "weight", "end", "picking_rate", "weighted_rate"):
+        assert info[name] == getattr(run, name), name
+    assert total == pytest.approx(2 * run.weight + 3 * run.weighted_rate, rel=1e-12)
+    assert line.robot is None and line.time is None and len(line.slot_items) == 0
+
+
+@pytest.mark.parametrize("strategy", ["SPT,FIFO", "LPT,SD", "FIFO,FIFO"])
+def test_a_trajectory_is_that_of_the_simulation_to_the_bit(strategy):
+    for seed in range(5):
+        replay(strategy, seed)
+
+
+def test_so_it_is_on_longer_lines_and_under_other_conditions():
+    replay("SPT,PP,LD,FIFO", 3, robots=4)
+    replay("SPT,FIFO", 2, update_hz=10.0)
+    replay("SPT,FIFO", 2, camera_x=-0.5)
+
+
+def test_the_end_of_an_episode_is_zero_and_allows_nothing():
+    env = gymnasium.make(ID, patterns="grid:0.3", items=10).unwrapped
+    _, info = env.reset(seed=1)
+    for _ in range(100):
+        observation, _, terminated, _, info = env.step(0)
+        if terminated:
+            break
+    assert terminated and not observation.any()
+    assert not info["action_mask"].any() and not env.action_masks().any()
+    with pytest.raises(ValueError, match="it is over"):
+        env.step(0)
+    _, info = env.reset()
+    assert info["action_mask"].any()
+
+
+def test_seeds_give_episodes():
+    env = gymnasium.make(ID, patterns="poisson:0.2:50").unwrapped
+
+    def episodes(seed):
+        first, _ = env.reset(seed=seed)
+        return [first, *(env.reset()[0] for _ in range(3))]
+
+    assert np.array_equal(episodes(1), episodes(1))
+    assert not np.array_equal(episodes(1), episodes(2))
+    env.reset(seed=2**200 + 1)
+    assert env.reset(seed=1)[0] in env.observation_space
+
+
+def test_wrong_use_is_an_exception_and_changes_nothing():
+    env = gymnasium.make(ID).unwrapped
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.step(0)
+    env.reset(seed=1)
+    free = np.flatnonzero(~env.action_masks())[0]
+    before = (env.robot, env.time, env.slot_items.tolist())
+    for action, kind, words in [
+        (free, ValueError, "slots hold an item"),
+        (-1, ValueError, "out of range"),
+        (16, ValueError, "out of range"),
+        (2**70, ValueError, "out of range"),
+        (0.0, TypeError, "not an integer"),
+        (None, TypeError, "not an integer"),
+        (np.zeros(2, int), TypeError, "not an integer"),
+    ]:
+        with pytest.raises(kind, match=words):
+            env.step(action)
+        assert (env.robot, env.time, env.slot_items.tolist()) == before
+    with pytest.raises(ValueError, match="unknown option 'pattern'"):
+        env.reset(options={"pattern": 1})
+    env.close()
+    for call in (env.reset, lambda: env.step(0), lambda: env.picks):
+        with pytest.raises(gymnasium.error.ClosedEnvironmentError):
+            call()
+
+
+@pytest.mark.parametrize(
+    ("options", "kind", "words"),
+    [
+        ({"observation": "ful"}, ValueError, "did you mean `full`"),
+        ({"slots": 0}, ValueError, "0 slots"),
+        ({"slots": 257}, ValueError, "give 1 to 256"),
+        ({"reward": (np.nan, 1)}, ValueError, "not a finite number"),
+        ({"reward": 1}, TypeError, "tuple"),
+        ({"patterns": []}, ValueError, "or there are none"),
+        ({"patterns": [1]}, TypeError, "Pattern"),
+        ({"patterns": pickline.Pattern([0], [9.0])}, ValueError, "beside"),
+        ({"station": "papr"}, ValueError, "did you mean"),
+        ({"update": 1}, TypeError, "update"),
+        ({"render_mode": "human"}, ValueError, "not available"),
+    ],
+)
+def test_wrong_arguments_are_named(options, kind, words):
+    with pytest.raises(kind, match=words):
+        pickline.SortingEnv(**options)
+
+
+def test_sampling_without_a_mask_is_legal():
+    env = gymnasium.make(ID, patterns="grid:0.15").unwrapped
+    env.reset(seed=1)
+    env.action_space.seed(1)
+    seen = set()
+    for _ in range(300):
+        action = env.action_space.sample()
+        seen.add(int(action))
+        _, _, terminated, _, _ = env.step(action)
+        if terminated:
+            env.reset()
+    assert len(seen) > 2

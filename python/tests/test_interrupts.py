@@ -1,0 +1,56 @@
+"""Ctrl-C."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+# A shell may have started the tests with Ctrl-C ignored.
+LONG = """
+import signal
+import pickline
+signal.signal(signal.SIGINT, signal.default_int_handler)
+print("begins", flush=True)
+pickline.simulate("paper", pickline.Pattern.grid(1.05, 0.1, 5000), "SPT,FIFO", bound=True)
+"""
+
+
+def interrupted(*command):
+    """Sends Ctrl-C to this command a second after its first line; returns it with what it said."""
+    process = subprocess.Popen(
+        [sys.executable, *command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert process.stdout.readline()
+    time.sleep(1.0)
+    assert process.poll() is None, "it was over before it could be interrupted"
+    process.send_signal(signal.SIGINT)
+    begin = time.monotonic()
+    _, errors = process.communicate(timeout=60)
+    return process.returncode, errors, time.monotonic() - begin
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends signals")
+def test_long_work_ends_with_keyboard_interrupt():
+    code, errors, seconds = interrupted("-c", LONG)
+    assert code in (-signal.SIGINT, 130, 1), (code, errors)
+    assert errors.rstrip().endswith("KeyboardInterrupt") and "Panic" not in errors
+    assert seconds < 20
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends signals")
+def test_the_program_stops_with_the_best_so_far():
+    process = subprocess.Popen(
+        [sys.executable, "-m", "pickline", "optimize", "--robots", "6", "--format", "json"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    time.sleep(4.0)
+    assert process.poll() is None, "it was over before it could be interrupted"
+    process.send_signal(signal.SIGINT)
+    printed, errors = process.communicate(timeout=100)
+    assert process.returncode == 130, (process.returncode, errors)
+    assert printed.startswith("{") or "results so far" in errors
