@@ -4,7 +4,9 @@
 # cargo's. Arguments go to the build, such as --no-default-features.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
+. tests/debian.sh
 . tests/venv.sh
+debian openssl=openssl /usr/sbin/mosquitto=mosquitto
 venv python python/tests
 wheels=$target/tmp/python
 rm -rf "$wheels"
@@ -12,7 +14,12 @@ rm -rf "$wheels"
 PATH=$venv/bin:$PATH MATURIN_PEP517_ARGS="--profile dev --locked $*" CARGO_TARGET_DIR=$target \
     "$venv/bin/pip" wheel --quiet --disable-pip-version-check --no-build-isolation --no-deps --wheel-dir "$wheels" ./python
 "$venv/bin/pip" install --quiet --disable-pip-version-check --no-deps --force-reinstall "$wheels"/*.whl
-"$python" -m pytest --quiet -p no:cacheprovider --ignore python/tests/sb3 python/tests
+# Most of the live client's tests wait for the clock, so several run at once. Those over MQTT take a
+# program that has it.
+cargo build --locked --no-default-features --features mqtt,ros2 --bin pickline
+cp "$target/debug/pickline" "$wheels/pickline-mqtt"
+PICKLINE=$venv/bin/pickline PICKLINE_MQTT=$wheels/pickline-mqtt "$python" -m pytest --quiet \
+    -p no:cacheprovider --numprocesses 4 --ignore python/tests/sb3 python/tests
 # The command, as pip installs it.
 "$venv/bin/pickline" --version
 bash python/tests/sb3/run.sh "$wheels"/*.whl
