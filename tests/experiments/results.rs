@@ -11,6 +11,7 @@ fn the_committed_tables_are_made_again_to_the_byte() {
         .arg(root.join("results/make.sh"))
         .arg(folder.path())
         .env("PICKLINE", env!("CARGO_BIN_EXE_pickline"))
+        .env("PARTS", "paper")
         .status()
         .unwrap();
     assert!(status.success());
@@ -19,6 +20,71 @@ fn the_committed_tables_are_made_again_to_the_byte() {
         compared += compare_folders(&root.join("results").join(part), &folder.path().join(part));
     }
     assert_eq!(compared, 6 + 4 * 7 + 2 * 7 + 2 * 4);
+}
+
+/// The comparisons on real lines and of failures take too long to be made again; the first pattern of
+/// each case is, with the command at the head of the committed file.
+#[test]
+fn the_first_runs_of_the_long_comparisons_are_made_again() {
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let mut compared = 0;
+    for part in ["real-lines", "failures"] {
+        for folder in std::fs::read_dir(root.join("results").join(part)).unwrap() {
+            let folder = folder.unwrap().path();
+            if folder.is_dir() {
+                compared += compare_first_runs(root, &folder);
+            }
+        }
+    }
+    // Six lines and their constant-speed models, one case each, with three or four methods; four
+    // stations and two probabilities, with two cases and four methods.
+    assert_eq!(compared, 6 * (4 + 3) + 8 * 2 * 4);
+}
+
+/// Runs the comparison of `folder` again, with one pattern for each case; returns the number of runs
+/// that were held to the committed ones.
+fn compare_first_runs(root: &Path, folder: &Path) -> usize {
+    let committed = std::fs::read_to_string(folder.join("runs.csv")).unwrap();
+    let command = committed.lines().next().unwrap();
+    let command = command.strip_prefix("# pickline ").unwrap();
+    let rows: Vec<&str> = committed.lines().filter(|l| !l.starts_with('#')).collect();
+    let robust = rows.iter().find(|row| row.contains(",robust_gt,")).unwrap();
+    let robust = robust.rsplit(',').next().unwrap().replace(' ', ",");
+    let made = tempfile::tempdir().unwrap();
+    let status = Command::new(env!("CARGO_BIN_EXE_pickline"))
+        .args(command.split(' '))
+        .args(["--quiet", "--replicates", "1", "--robust", &robust, "--out"])
+        .arg(made.path())
+        .current_dir(root)
+        .output()
+        .unwrap();
+    assert!(status.status.success(), "{command}");
+    let made = std::fs::read_to_string(made.path().join("runs.csv")).unwrap();
+    let made: Vec<&str> = made.lines().filter(|l| !l.starts_with('#')).collect();
+    for row in &made {
+        assert!(
+            rows.contains(row),
+            "{}: {row}: run bash results/make.sh",
+            folder.display()
+        );
+    }
+    made.len() - 1
+}
+
+/// The constant-speed models are the built-in stations without acceleration and lift.
+#[test]
+fn the_constant_speed_models_differ_only_in_the_law() {
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    for name in ["delta", "sorting"] {
+        let read = |path: String| std::fs::read_to_string(root.join(path)).unwrap();
+        let built_in = read(format!("src/station/builtin/{name}.toml"));
+        let law = ["acceleration", "lift"];
+        let lines = built_in.lines();
+        let kept = lines.filter(|line| !law.iter().any(|key| line.starts_with(key)));
+        let kept: Vec<&str> = kept.collect();
+        let model = read(format!("results/real-lines/{name}-constant.toml"));
+        assert_eq!(kept, model.lines().collect::<Vec<_>>());
+    }
 }
 
 /// Holds every file below `committed` to its like below `made`; returns how many.
