@@ -48,6 +48,24 @@ pub fn check_name(text: &str) -> Result<(), BadName> {
     Ok(())
 }
 
+/// Stands for "nothing that is to be picked" in the column `true_class` of a pattern, and for items
+/// without a class in tables.
+pub const NO_CLASS: &str = "-";
+
+/// Checks that `text` can be the name of a class, which is not [`NO_CLASS`].
+///
+/// # Errors
+/// As for [`check_name`].
+pub fn check_class_name(text: &str) -> Result<(), BadName> {
+    if text == NO_CLASS {
+        return Err(BadName {
+            problem: format!("`{NO_CLASS}` stands for no class"),
+            expected: "a name".into(),
+        });
+    }
+    check_name(text)
+}
+
 /// Characters that break lines or make a text look like another one: control characters, line and
 /// paragraph separators, and direction marks (Unicode Technical Report 36, section 2.5).
 fn is_hidden(c: char) -> bool {

@@ -77,6 +77,8 @@ pub static SPEEDS: &[Unit] = &[
     unit("millimetres per second", "mm/s", 1e-3),
     unit("metres per minute", "m/min", 1.0 / 60.0),
 ];
+/// Units of acceleration, as factors of 1 m/s^2.
+static ACCELERATIONS: &[Unit] = &[unit("millimetres per second squared", "mm/s^2", 1e-3)];
 /// Units of timestamps, as factors of 1 s.
 pub static STAMPS: &[Unit] = &[
     unit("milliseconds", "ms", 1e-3),
@@ -163,6 +165,21 @@ pub static BELT_WIDTH: Quantity = length("a belt width", 0.02, 5.0);
 pub(crate) static REACH: Quantity = length("a reach", 0.05, 5.0);
 /// Speed of an end effector [m/s].
 pub(crate) static ARM_SPEED: Quantity = speed("an end-effector speed", 0.01, 20.0);
+/// Acceleration of an end effector [m/s^2].
+pub(crate) static ACCELERATION: Quantity = Quantity {
+    name: "an acceleration",
+    symbol: "m/s^2",
+    right: "metres per second squared",
+    low: 0.01,
+    high: 2000.0,
+    mistaken: ACCELERATIONS,
+};
+/// Height by which an arm lifts an item [m].
+pub(crate) static LIFT: Quantity = length("a lift", 0.0, 1.0);
+/// Length of a path in a table of travel times [m].
+pub(crate) static PATH: Quantity = length("the length of a path", 0.0, 20.0);
+/// Travel time of an end effector [s].
+pub(crate) static TRAVEL_TIME: Quantity = time("a travel time", 0.0, 30.0);
 /// Dwell time at a grasp or a release [s].
 pub(crate) static DWELL: Quantity = time("a dwell time", 0.0, 10.0);
 /// Distance between neighbouring bases along the belt [m].

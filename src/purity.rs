@@ -10,8 +10,7 @@ use crate::stats::{Interval, pooled_share_interval};
 pub struct BinContent {
     /// Number of items that were put into them.
     pub binned: usize,
-    /// How many of those belong there: they are what they were reported as, or the bin names their
-    /// true class.
+    /// How many of those belong there: the robot would have put their true class into the same bin.
     pub rightly_binned: usize,
     /// Number of items on the belt that belong there, picked or not.
     pub due: usize,
@@ -91,11 +90,9 @@ pub fn bin_contents(scene: &Scene, picks: &[Pick]) -> BinContents {
         let item = &items[pick.item as usize];
         let belongs = match chance.true_class(pick.item, item) {
             TrueClass::Nothing => false,
-            TrueClass::Of(class) if class == item.class.as_deref() => true,
             TrueClass::Of(class) => {
-                let named = bin.classes.iter().flatten();
-                let is_named = named.clone().any(|name| Some(name.as_str()) == class);
-                is_named && station.takes(station.class_id(class))
+                let class = station.class_id(class);
+                station.takes(class) && station.bin_for(pick.robot, class) == Some(pick.bin)
             }
         };
         let one = BinContent {

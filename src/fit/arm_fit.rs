@@ -12,13 +12,13 @@ use super::parameter::{FittedParameter, doubtful, known, with_interval};
 use super::robust::{TUKEY, Task, scale_of};
 use super::table::{Groups, TableEstimate};
 use super::timed_move::TimedMove;
-use crate::error::{Error, Result, counted, rounded};
+use crate::error::{Error, Result, rounded};
 use crate::kinematics::{Arm, TravelLaw};
 use crate::station::Robot;
 use crate::stats::quantile;
 
 /// Fewer moves do not tell a law from its errors.
-const LEAST_MOVES: usize = 12;
+pub(super) const LEAST_MOVES: usize = 12;
 /// Number of parts that are held out in turn.
 const PARTS: usize = 5;
 /// A larger share of outliers is no longer one of outliers.
@@ -56,7 +56,10 @@ pub(super) fn fit_arm(
     if moves.len() < LEAST_MOVES {
         return Err(Error::input(
             format!("robot `{}`", robot.name),
-            format!("{} are too few for a law", counted(moves.len(), "move")),
+            match moves.len() {
+                1 => "1 move is too few for a law".to_owned(),
+                count => format!("{count} moves are too few for a law"),
+            },
             format!("give {LEAST_MOVES} or more, better 100, over all lengths of way"),
         ));
     }

@@ -54,34 +54,62 @@ pub(super) fn estimate_law(
     prior: &Prior,
     options: &FitOptions,
 ) -> Option<LawEstimate> {
-    let constant = || estimate_as(observations, prior, options, false);
-    let trapezoid = || estimate_as(observations, prior, options, true);
+    let lift_is_free = options.lift.is_none();
+    let estimate = |accelerates, lift_is_free| {
+        estimate_as(observations, prior, options, (accelerates, lift_is_free))
+    };
     match options.law {
-        FitLaw::Speed => constant(),
-        FitLaw::Trapezoid => trapezoid(),
+        FitLaw::Speed => estimate(false, lift_is_free),
+        FitLaw::Trapezoid => estimate(true, lift_is_free),
         FitLaw::Auto | FitLaw::Table => {
-            let (constant, trapezoid) = (constant(), trapezoid());
-            let (Some(plain), Some(ramped)) = (&constant, &trapezoid) else {
-                return trapezoid.or(constant);
+            let pair = |is_free| (estimate(false, is_free), estimate(true, is_free));
+            let (constant, trapezoid) = match pair(lift_is_free) {
+                (Some(constant), Some(trapezoid)) => (constant, trapezoid),
+                (constant, trapezoid) => return trapezoid.or(constant),
             };
-            let task = Task {
-                observations,
-                free: &plain.free,
+            if is_better(observations, &trapezoid, &constant) {
+                return Some(trapezoid);
+            }
+            if !constant.has_lift {
+                return Some(constant);
+            }
+            // At top speed, a lift and a ramp add the same time to every move, so a free lift takes
+            // up the ramp. With the lift that is known of the arm, the rest is its ramp.
+            let (Some(plain), Some(ramped)) = pair(false) else {
+                return Some(constant);
             };
-            let same = task.refine(&plain.estimate.parameters, ramped.estimate.scale);
-            let is_worth = same.loss - ramped.estimate.loss > WORTH;
-            if is_worth { trapezoid } else { constant }
+            let known = if is_better(observations, &ramped, &plain) {
+                ramped
+            } else {
+                plain
+            };
+            // Unless the times are too short for that lift.
+            if is_better(observations, &constant, &known) {
+                Some(constant)
+            } else {
+                Some(known)
+            }
         }
     }
+}
+
+/// Whether the times fit `one` better than `other` by more than one parameter would by chance.
+fn is_better(observations: &[Observation], one: &LawEstimate, other: &LawEstimate) -> bool {
+    let task = Task {
+        observations,
+        free: &other.free,
+    };
+    let same = task.refine(&other.estimate.parameters, one.estimate.scale);
+    same.loss - one.estimate.loss > WORTH
 }
 
 fn estimate_as(
     observations: &[Observation],
     prior: &Prior,
     options: &FitOptions,
-    accelerates: bool,
+    (accelerates, lift_is_free): (bool, bool),
 ) -> Option<LawEstimate> {
-    let mut has_lift = options.lift.is_none();
+    let mut has_lift = lift_is_free;
     loop {
         let free = free_parameters(prior, accelerates, has_lift);
         let task = Task {

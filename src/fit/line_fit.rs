@@ -1,6 +1,6 @@
 //! The fit of a whole line.
 
-use super::arm_fit::fit_arm;
+use super::arm_fit::{LEAST_MOVES, fit_arm};
 use super::arm_result::ArmFit;
 use super::options::FitOptions;
 use super::timed_move::{TimedMove, check_units};
@@ -11,15 +11,15 @@ use crate::station::Station;
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct LineFit {
-    /// For each robot of the station its fit; `None` for one that has no moves.
+    /// For each robot of the station its fit; `None` for one that has too few moves.
     pub arms: Vec<Option<ArmFit>>,
 }
 
 /// Fits the law of every robot of `station` that `moves` are of. What they do not tell is taken from
-/// the station.
+/// the station, and so is all of a robot with too few moves.
 ///
 /// # Errors
-/// Invalid options; no moves; too few moves of a robot; times or places that no arm has.
+/// Invalid options; no moves; too few moves of every robot; times or places that no arm has.
 pub fn fit_line(station: &Station, moves: &[TimedMove], options: &FitOptions) -> Result<LineFit> {
     options.check()?;
     if moves.is_empty() {
@@ -30,13 +30,19 @@ pub fn fit_line(station: &Station, moves: &[TimedMove], options: &FitOptions) ->
         ));
     }
     check_units(moves)?;
+    let count = |index: usize| moves.iter().filter(|m| m.robot == index).count();
+    let robots = 0..station.robots().len();
+    // If no robot has enough, the fit of any says what is missing.
+    let least = match robots.clone().any(|index| count(index) >= LEAST_MOVES) {
+        true => LEAST_MOVES,
+        false => 1,
+    };
     let fit = |index: usize| {
         let own: Vec<TimedMove> = moves.iter().filter(|m| m.robot == index).cloned().collect();
-        let is_there = !own.is_empty();
-        is_there
+        (own.len() >= least)
             .then(|| fit_arm(&station.robots()[index], index, &own, options))
             .transpose()
     };
-    let arms: Result<Vec<_>> = (0..station.robots().len()).map(fit).collect();
+    let arms: Result<Vec<_>> = robots.map(fit).collect();
     Ok(LineFit { arms: arms? })
 }

@@ -2,7 +2,7 @@
 
 use super::item::Pattern;
 use crate::error::{Error, Result, shown, shown_number};
-use crate::names::check_name;
+use crate::names::check_class_name;
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
 use std::fmt;
@@ -36,10 +36,13 @@ impl FromStr for ClassShares {
             let Some((name, share)) = part.trim().rsplit_once(':') else {
                 return Err(wrong(format!("`{}` has no share", shown(part.trim()))));
             };
-            check_name(name).map_err(|bad| wrong(bad.problem))?;
+            check_class_name(name).map_err(|bad| wrong(bad.problem))?;
             let number = share.trim().parse().ok();
             let Some(number) = number.filter(|n: &f64| *n > 0.0 && *n <= 1.0 + ROUNDING) else {
-                return Err(wrong(format!("`{}` is not a share above 0", shown(share))));
+                return Err(wrong(format!(
+                    "`{}` is not a share: above 0, at most 1",
+                    shown(share)
+                )));
             };
             if shares.iter().any(|(other, _)| other == name) {
                 return Err(wrong(format!("class `{}` occurs twice", shown(name))));

@@ -1,7 +1,7 @@
 //! Items and the validated, sorted pattern.
 
 use crate::error::{Error, Result, shown, shown_number};
-use crate::names::check_name;
+use crate::names::{check_class_name, check_name};
 use crate::station::{ClassId, Station};
 use std::collections::HashMap;
 
@@ -97,19 +97,20 @@ impl Item {
         let position = |value: f64| value.is_finite() && value.abs() <= LARGEST;
         let share = |value: &Option<f64>| value.is_none_or(is_share);
         let amount = |value: &Option<f64>| value.is_none_or(is_amount);
-        let bad_class = |class: &Option<String>| {
-            let class = class.as_deref().filter(|class| !class.is_empty());
-            class.and_then(|class| check_name(class).err())
-        };
+        let (class, true_class) = (self.class.as_deref(), self.true_class.as_deref());
+        let class = class.filter(|class| !class.is_empty());
+        let bad_class = class.and_then(|class| check_class_name(class).err());
+        let true_class = true_class.filter(|class| !class.is_empty());
+        let bad_true_class = true_class.and_then(|class| check_name(class).err());
         if self.id.is_empty() {
             Some(("id", "the id is empty".into(), "give every item an id"))
         } else if let Err(bad) = check_name(&self.id) {
             let cure = "give ids on one line, with at most 200 printable characters and \
                         no leading or trailing spaces";
             Some(("id", bad.problem, cure))
-        } else if let Some(bad) = bad_class(&self.class) {
+        } else if let Some(bad) = bad_class {
             Some(("class", bad.problem, CLASS_CURE))
-        } else if let Some(bad) = bad_class(&self.true_class) {
+        } else if let Some(bad) = bad_true_class {
             Some(("true_class", bad.problem, CLASS_CURE))
         } else if !position(self.x0) {
             let cure = "give metres in the belt frame";

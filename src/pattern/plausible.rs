@@ -50,8 +50,16 @@ impl Pattern {
             None => format!("{count} without a class"),
         };
         let problem = format!("no robot has a bin for {what}, which will stay on the belt");
-        let cure = "give a robot a bin for the class, or one without classes, which takes whatever \
-                    the others do not name; or state the class with `wanted = false`";
+        let cure = match class {
+            Some(_) => {
+                "give a robot a bin for the class, or one without classes, which takes whatever \
+                 the others do not name; or state the class with `wanted = false`"
+            }
+            None => {
+                "give the items classes (`--classes pet:0.4,hdpe:0.6` where patterns are \
+                 generated, the column class in a file), or a robot a bin without classes"
+            }
+        };
         Some(Warning::new(format!("{name}: class"), problem, cure))
     }
 }

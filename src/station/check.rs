@@ -3,9 +3,9 @@
 use super::belt::Belt;
 use super::class::ItemClass;
 use super::robot::{Bin, Robot};
-use crate::error::{Error, Result, shown, shown_number};
+use crate::error::{Error, Result, counted, shown, shown_number};
 use crate::kinematics::TravelLaw;
-use crate::names::check_name;
+use crate::names::{check_class_name, check_name};
 
 /// Larger lengths, times and speeds [m, s, m/s] are rejected: no real line has them, and the closed
 /// forms square them.
@@ -149,7 +149,7 @@ fn bin_classes(robot: &Robot, index: usize, bin: &Bin, place: &str) -> Result<()
         ));
     }
     for (i, class) in classes.iter().enumerate() {
-        if let Err(bad) = check_name(class) {
+        if let Err(bad) = check_class_name(class) {
             let cure = format!("expected {}", bad.expected);
             return Err(Error::input(place, bad.problem, cure));
         }
@@ -196,7 +196,7 @@ fn table(points: &[(f64, f64)], place: &str) -> Result<()> {
     let wrong = |problem: String, cure: &str| Err(Error::input(place, problem, cure));
     if points.len() < 2 {
         return wrong(
-            format!("the table has {} points", points.len()),
+            format!("the table has {}", counted(points.len(), "point")),
             "give two points [length in m, time in s] or more, the first at length 0",
         );
     }
@@ -248,7 +248,7 @@ fn table(points: &[(f64, f64)], place: &str) -> Result<()> {
 pub(super) fn classes(classes: &[ItemClass], place: Place) -> Result<()> {
     for (i, class) in classes.iter().enumerate() {
         let key = |field: &str| place(&format!("class[{i}].{field}"));
-        if let Err(bad) = check_name(&class.name) {
+        if let Err(bad) = check_class_name(&class.name) {
             let cure = format!("give every class a unique name; expected {}", bad.expected);
             return Err(Error::input(key("name"), bad.problem, cure));
         }

@@ -2,11 +2,12 @@
 
 use super::geometry::Station;
 use super::robot::Robot;
-use crate::error::{shown, shown_number};
+use crate::error::{known_names, shown, shown_number};
+use crate::kinematics::TravelLaw;
 use crate::kinematics::distance;
 use crate::plausible::{
-    ARM_SPEED, BASE_GAP, BELT_LENGTH, BELT_SPEED, BELT_WIDTH, DWELL, LENGTHS, REACH, Warning,
-    question,
+    ACCELERATION, ARM_SPEED, BASE_GAP, BELT_LENGTH, BELT_SPEED, BELT_WIDTH, DWELL, LENGTHS, LIFT,
+    PATH, REACH, TRAVEL_TIME, Warning, question,
 };
 
 /// A camera further upstream than this [m] does not belong to this line.
@@ -39,6 +40,10 @@ impl Station {
             let speed = robot.arm.law.top_speed()?;
             ARM_SPEED.check(&format!("{at}, speed"), speed)
         }));
+        list.extend(first(&|robot, at| check_law(&robot.arm.law, at)));
+        list.extend(first(&|robot, at| {
+            LIFT.check(&format!("{at}, lift"), robot.arm.lift)
+        }));
         list.extend(first(&|robot, at| {
             DWELL.check(&format!("{at}, grasp_time"), robot.grasp_time)
         }));
@@ -53,7 +58,28 @@ impl Station {
             .map(|pair| pair[1].base.x - pair[0].base.x);
         let widest = gaps.fold(0.0, f64::max);
         list.extend(BASE_GAP.check(&place("bases along the belt"), widest));
+        list.extend(self.check_classes(&place("class")));
         list
+    }
+
+    /// Warns about a class that the station describes and wants, but that no bin takes.
+    fn check_classes(&self, at: &str) -> Option<Warning> {
+        let mut classes = self.classes().iter().filter(|class| class.wanted);
+        let class = classes.find(|class| !self.takes(self.class_id(Some(&class.name))))?;
+        let bins = self.robots().iter().flat_map(|robot| &robot.bins);
+        let named: Vec<&str> = bins
+            .flat_map(|bin| bin.classes.iter().flatten())
+            .map(String::as_str)
+            .collect();
+        let problem = format!(
+            "no robot has a bin for class `{}`, whose items will stay on the belt",
+            shown(&class.name)
+        );
+        let cure = format!(
+            "name the class at a bin ({}), or give it `wanted = false`",
+            known_names(&class.name, &named)
+        );
+        Some(Warning::new(at, problem, cure))
     }
 
     /// Warns about a robot that cannot reach the belt.
@@ -110,32 +136,52 @@ fn slips(x: f64, y: f64, factor: f64) -> impl Iterator<Item = (f64, f64)> {
     [(x * factor, y * factor), one].into_iter()
 }
 
-/// Warns about a bin that its robot cannot reach.
+/// Warns about an implausible acceleration or table of travel times.
+fn check_law(law: &TravelLaw, at: &str) -> Option<Warning> {
+    match law {
+        TravelLaw::Constant { .. } => None,
+        TravelLaw::Trapezoid {
+            acceleration,
+            deceleration,
+            ..
+        } => ACCELERATION
+            .check(&format!("{at}, acceleration"), *acceleration)
+            .or_else(|| ACCELERATION.check(&format!("{at}, deceleration"), *deceleration)),
+        TravelLaw::Table(points) => points.iter().find_map(|(length, time)| {
+            let at = format!("{at}, travel");
+            let length = PATH.check(&at, *length);
+            length.or_else(|| TRAVEL_TIME.check(&at, *time))
+        }),
+    }
+}
+
+/// Warns about a bin, or a resting position, that its robot cannot reach.
 fn check_bin(robot: &Robot, at: &str) -> Option<Warning> {
     let away = |bin: (f64, f64)| distance(bin.0 - robot.base.x, bin.1 - robot.base.y);
     // Rounding must not cause a warning about a bin exactly at the limit.
     let within = |bin| away(bin) <= robot.reach * (1.0 + 1e-9);
     let only = robot.has_only_bin();
-    let (bin, name) = robot
-        .bins
-        .iter()
-        .map(|bin| ((bin.at.x, bin.at.y), &bin.name))
-        .find(|(bin, _)| !within(*bin))?;
+    let bins = robot.bins.iter();
+    let bins = bins.map(|bin| ((bin.at.x, bin.at.y), Some(&bin.name)));
+    let rest = ((robot.rest.x, robot.rest.y), None);
+    let (bin, name) = bins.chain([rest]).find(|(bin, _)| !within(*bin))?;
     let size = bin.0.abs().max(bin.1.abs());
-    let which = match only {
-        true => String::new(),
-        false => format!(" `{}`", shown(name)),
+    let which = match name {
+        None => "rest".to_owned(),
+        Some(_) if only => "bin".to_owned(),
+        Some(name) => format!("bin `{}`", shown(name)),
     };
     let problem = format!(
-        "its bin{which} is {:.3} m from its base, beyond its reach of {} m{}",
+        "its {which} is {:.3} m from its base, beyond its reach of {} m{}",
         away(bin),
         shown_number(robot.reach),
         question(size, "m", LENGTHS, |factor| {
             slips(bin.0, bin.1, factor).any(within)
         }),
     );
-    let cure = "give base, bin and reach in metres, with the bin within reach of the base";
-    Some(Warning::new(format!("{at}, bin{which}"), problem, cure))
+    let cure =
+        "give base, bins, rest and reach in metres, with bins and rest within reach of the base";
+    Some(Warning::new(format!("{at}, {which}"), problem, cure))
 }
 
 #[cfg(test)]

@@ -79,7 +79,6 @@ fn truths(items: &[Item], conditions: &Conditions) -> Vec<Option<Option<String>>
 /// The content of all bins, and of those with one name, counted as the text says.
 fn counted(
     station: &Station,
-    items: &[Item],
     truths: &[Option<Option<String>>],
     outcome: &Outcome,
     bin: Option<&str>,
@@ -106,14 +105,11 @@ fn counted(
             continue;
         }
         content.binned += 1;
-        let (item, truth) = (&items[pick.item as usize], &truths[pick.item as usize]);
-        let Some(class) = truth else { continue };
-        let named = into
-            .classes
-            .iter()
-            .flatten()
-            .any(|own| Some(own) == class.as_ref());
-        let right = *class == item.class || (named && !unwanted(class));
+        let Some(class) = &truths[pick.item as usize] else {
+            continue;
+        };
+        let own = station.robots()[pick.robot].bin_for(class.as_deref());
+        let right = own == Some(usize::from(pick.bin)) && !unwanted(class);
         content.rightly_binned += usize::from(right);
     }
     content
@@ -145,10 +141,10 @@ proptest! {
         let outcome = simulate_rules(&scene, &rules).unwrap();
         let found = bin_contents(&scene, &outcome.picks);
         let truths = truths(items, &conditions);
-        prop_assert_eq!(found.total, counted(&station, items, &truths, &outcome, None));
+        prop_assert_eq!(found.total, counted(&station, &truths, &outcome, None));
         prop_assert_eq!(found.total.binned, outcome.picks.len());
         for (name, content) in &found.bins {
-            let expected = counted(&station, items, &truths, &outcome, Some(name));
+            let expected = counted(&station, &truths, &outcome, Some(name));
             prop_assert_eq!(*content, expected, "{}", name);
             prop_assert!(content.rightly_binned <= content.binned.min(content.due));
         }

@@ -98,8 +98,8 @@ fn fit(moves: &[TimedMove], options: &FitOptions) -> ArmFit {
 }
 
 /// In how many of a hundred seeded runs the interval of each parameter contains its true value.
-fn coverage(truth: &Arm, waits: f64, expected: &[(&str, f64)]) -> Vec<usize> {
-    let options = FitOptions::default().with_resamples(200);
+fn coverage(truth: &Arm, law: FitLaw, waits: f64, expected: &[(&str, f64)]) -> Vec<usize> {
+    let options = FitOptions::default().with_resamples(200).with_law(law);
     let inside = |seed: u64| {
         let found = fit(
             &moves_of(truth, 150, waits, seed),
@@ -131,11 +131,12 @@ fn intervals_contain_the_truth() {
     ];
     let plain = [("speed", 1.5), ("lift", 0.05), (DWELL, GRASP + RELEASE)];
     for waits in [0.1, 0.0] {
-        for (truth, expected) in [
-            (trapezoid(3.0, 15.0, 0.04), &ramped[..]),
-            (constant(1.5, 0.05), &plain[..]),
+        for (truth, law, expected) in [
+            (trapezoid(3.0, 15.0, 0.04), FitLaw::Auto, &ramped[..]),
+            // Only who knows that the arm does not accelerate can know its lift.
+            (constant(1.5, 0.05), FitLaw::Speed, &plain[..]),
         ] {
-            let found = coverage(&truth, waits, expected);
+            let found = coverage(&truth, law, waits, expected);
             println!("{waits} {expected:?}: {found:?}");
             assert!(
                 found.iter().all(|count| *count >= 90),
@@ -182,22 +183,31 @@ fn a_speed_that_is_never_reached_is_not_determined() {
 /// lift given the acceleration is found.
 #[test]
 fn lift_and_acceleration_are_told_apart_only_where_moves_say_it() {
+    let options = FitOptions::default().with_resamples(200);
+    for (truth, law) in [
+        (trapezoid(1.5, 30.0, 0.05), FitLaw::Trapezoid),
+        (trapezoid(1.5, 30.0, 0.05), FitLaw::Auto),
+        // A constant speed with a higher lift fits these as well.
+        (trapezoid(1.5, 15.0, 0.03), FitLaw::Auto),
+        (constant(1.5, 0.05), FitLaw::Auto),
+    ] {
+        let moves = moves_of(&truth, 200, 0.0, 2);
+        let found = fit(&moves, &options.with_law(law));
+        assert_eq!(found.law, FittedLaw::Trapezoid);
+        assert_eq!(value(&found, "acceleration"), None);
+        let lift = found.parameters.iter().find(|p| p.name == "lift").unwrap();
+        assert_eq!((lift.value, lift.interval), (Some(0.01), None));
+        assert!(
+            lift.remark.contains("that of the station"),
+            "{}",
+            lift.remark
+        );
+        assert!((value(&found, "speed").unwrap() - 1.5).abs() < 0.02);
+        assert!((found.arm.time(0.6) - truth.time(0.6)).abs() < NOISE);
+    }
     let truth = trapezoid(1.5, 30.0, 0.05);
     let moves = moves_of(&truth, 200, 0.0, 2);
-    let options = FitOptions::default()
-        .with_resamples(200)
-        .with_law(FitLaw::Trapezoid);
-    let found = fit(&moves, &options);
-    assert_eq!(value(&found, "acceleration"), None);
-    let lift = found.parameters.iter().find(|p| p.name == "lift").unwrap();
-    assert_eq!((lift.value, lift.interval), (Some(0.01), None));
-    assert!(
-        lift.remark.contains("that of the station"),
-        "{}",
-        lift.remark
-    );
-    assert!((value(&found, "speed").unwrap() - 1.5).abs() < 0.02);
-    assert!((found.arm.time(0.6) - truth.time(0.6)).abs() < NOISE);
+    let options = options.with_law(FitLaw::Trapezoid);
     let found = fit(&moves, &options.with_lift(0.05));
     let acceleration = value(&found, "acceleration").unwrap();
     assert!((acceleration - 30.0).abs() < 3.0, "{acceleration}");

@@ -1,7 +1,7 @@
 //! The names of the class ids that a detector writes.
 
 use crate::error::{Error, Result, shown};
-use crate::names::check_name;
+use crate::names::check_class_name;
 use std::collections::BTreeMap;
 use std::str::FromStr;
 
@@ -70,7 +70,7 @@ impl ClassNames {
                 shown(id)
             )
         })?;
-        check_name(name).map_err(|bad| format!("class id {number}: {}", bad.problem))?;
+        check_class_name(name).map_err(|bad| format!("class id {number}: {}", bad.problem))?;
         match self.names.insert(number.to_string(), name.to_owned()) {
             Some(_) => Err(format!("class id {number} occurs twice")),
             None => Ok(()),

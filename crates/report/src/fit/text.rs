@@ -95,7 +95,7 @@ fn source_lines(report: &FitReport) -> String {
     }
     if !report.without_moves.is_empty() {
         lines += &format!(
-            "unchanged {}: there are no moves of them\n",
+            "unchanged {}: no moves, or too few\n",
             report.without_moves.join(", ")
         );
     }
