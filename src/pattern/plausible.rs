@@ -56,8 +56,8 @@ impl Pattern {
                  the others do not name; or state the class with `wanted = false`"
             }
             None => {
-                "give the items classes (`--classes pet:0.4,hdpe:0.6` where patterns are \
-                 generated, the column class in a file), or a robot a bin without classes"
+                "give the items classes, by 'classes' (such as pet:0.4,hdpe:0.6) where patterns are \
+                 generated or by the column class of a file; or give a robot a bin without classes"
             }
         };
         Some(Warning::new(format!("{name}: class"), problem, cure))

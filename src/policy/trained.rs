@@ -95,12 +95,25 @@ fn extents(station: &Station) -> Vec<Extent> {
     list
 }
 
-/// Whether all ranges but those of the numbers of robots are the same.
+/// Whether all ranges but those of the numbers of robots are the same but for rounding.
 fn are_alike(a: &[Extent], b: &[Extent]) -> bool {
+    let is_near = |a: f64, b: f64| (a - b).abs() <= SLACK * a.abs().max(b.abs());
     a.iter().filter(|e| e.quantity != ROBOTS).all(|extent| {
-        let other = b.iter().find(|e| e.quantity == extent.quantity);
-        other.is_none_or(|other| other == extent)
+        let mut others = b.iter().filter(|e| e.quantity == extent.quantity);
+        others.all(|other| is_near(other.low, extent.low) && is_near(other.high, extent.high))
     })
+}
+
+/// The ranges of stations, joined where they differ only in the number of robots.
+fn joined(all: impl Iterator<Item = Ranges>) -> Vec<Ranges> {
+    let mut families: Vec<Ranges> = Vec::new();
+    for ranges in all {
+        match families.iter_mut().find(|known| are_alike(known, &ranges)) {
+            Some(known) => merge(known, ranges),
+            None => families.push(ranges),
+        }
+    }
+    families
 }
 
 /// Widens `known` by `more`.
@@ -120,8 +133,7 @@ impl Trained {
     /// The ranges over `stations`, each with its belt speed times `speed`, the lowest and the
     /// highest factor.
     pub(crate) fn on(stations: &[Station], speed: (f64, f64)) -> Self {
-        let mut families: Vec<Ranges> = Vec::new();
-        for station in stations {
+        let ranges = |station: &Station| {
             let mut ranges = extents(station);
             for extent in &mut ranges {
                 if extent.quantity == BELT_SPEED {
@@ -129,11 +141,9 @@ impl Trained {
                     extent.high *= speed.1;
                 }
             }
-            match families.iter_mut().find(|known| are_alike(known, &ranges)) {
-                Some(known) => merge(known, ranges),
-                None => families.push(ranges),
-            }
-        }
+            ranges
+        };
+        let families = joined(stations.iter().map(ranges));
         Self { families }
     }
 
@@ -148,10 +158,11 @@ impl Trained {
     /// ranges but the names of their stations, which are known if they are built in.
     pub(crate) fn read(metadata: &Metadata) -> Option<Self> {
         if let Some(text) = metadata.get(KEY) {
-            let families = serde_json::from_str(text).ok().or_else(|| {
+            let families: Vec<Ranges> = serde_json::from_str(text).ok().or_else(|| {
                 let one: Option<Ranges> = serde_json::from_str(text).ok();
                 one.map(|ranges| vec![ranges])
             })?;
+            let families = joined(families.into_iter());
             return Some(Self { families });
         }
         let record: serde_json::Value = serde_json::from_str(metadata.get("training")?).ok()?;
@@ -185,11 +196,10 @@ impl Trained {
             };
             line.iter().filter_map(outside).collect()
         };
-        let worst =
-            |outside: &Vec<Outside>| outside.iter().map(Outside::excess).fold(0.0, f64::max);
+        let way = |outside: &Vec<Outside>| outside.iter().map(Outside::distance).sum::<f64>();
         let nearest = self.families.iter().map(beyond);
         nearest
-            .min_by(|a, b| worst(a).total_cmp(&worst(b)))
+            .min_by(|a, b| way(a).total_cmp(&way(b)))
             .unwrap_or_default()
     }
 }
@@ -209,6 +219,17 @@ impl Outside {
         };
         let below = share(trained.low - line.low, trained.low);
         below.max(share(line.high - trained.high, trained.high))
+    }
+
+    /// The logarithm of the factor by which the line is outside: the same for twice as much and for half
+    /// as much.
+    fn distance(&self) -> f64 {
+        let (line, trained) = (&self.line, &self.trained);
+        let factor = (line.high / trained.high).max(trained.low / line.low);
+        match factor.is_nan() {
+            true => f64::INFINITY,
+            false => factor.ln().max(0.0),
+        }
     }
 
     /// Whether the line is far from the training in this quantity.
