@@ -258,7 +258,7 @@ fn every_key_that_is_wrong_is_named() {
         (
             "travel = [[0.0, 0.1], [0.2, 0.2], [1.0, 0.5]]",
             "travel = [[0.0, 0.1]]",
-            &["robot[1].travel", "1 points"],
+            &["robot[1].travel", "1 point"],
         ),
         (
             "[[0.0, 0.1], [0.2, 0.2], [1.0, 0.5]]",
