@@ -18,6 +18,7 @@ import subprocess
 import sys
 import tempfile
 import types
+from collections import Counter
 from collections.abc import AsyncIterator, Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -45,7 +46,7 @@ def import_package() -> None:
 
 import_package()
 
-from pickline.live import Robot, Verdict, Work  # noqa: E402
+from pickline.live import Belt, Camera, Monitor, Robot, Status, Verdict, Work  # noqa: E402
 
 PROGRAM = os.environ.get("PICKLINE") or shutil.which("pickline")
 
@@ -230,11 +231,13 @@ class World:
         work.finish(verdict)
 
     async def show(self, camera: object, every: float = 0.1) -> None:
-        """Takes pictures until all items have passed."""
-        while not self.is_past(self.clock()):
-            now = self.clock()
-            await camera.report(self.seen(now), now)  # type: ignore[attr-defined]
-            await asyncio.sleep(every)
+        """Takes pictures until all items have passed. A camera takes them in time, also when this
+        program gets to evaluating them late: no item passes unseen."""
+        taken = self.began
+        while not self.is_past(taken):
+            await asyncio.sleep(max(0.0, taken - self.clock()))
+            await camera.report(self.seen(taken), taken)  # type: ignore[attr-defined]
+            taken += every
 
 
 @contextlib.asynccontextmanager
@@ -250,6 +253,95 @@ async def at_work(world: World, *robots: Robot) -> AsyncIterator[None]:
     for task in tasks:
         if not task.cancelled() and task.exception() is not None:
             raise task.exception()  # type: ignore[misc]
+
+
+@dataclass
+class Peers:
+    """The programs of a whole line: a camera, an encoder, two robots and a monitor."""
+
+    world: World
+    monitor: Monitor
+    camera: Camera
+    r1: Robot
+    r2: Robot
+
+    def _has_settled(self) -> bool:
+        status = self.monitor.status
+        return (
+            self.monitor.is_connected
+            and status is not None
+            and status.on_belt + status.claimed == 0
+            and status.seen >= len(self.world.items)
+            and not status.open_tasks
+        )
+
+    async def keep_up(self) -> None:
+        """Waits until the node knows the items that came onto the belt two seconds ago: an item whose
+        first report comes after it has left the belt is lost, and that by right. For tests that take
+        the connection away again and again, also on a slow machine."""
+
+        def has_kept_up() -> bool:
+            status, then = self.monitor.status, self.world.clock() - 2.0
+            entered = sum(self.world.x(item, then) >= 0.0 for item in self.world.items)
+            return entered == 0 or (status is not None and status.seen >= entered)
+
+        await eventually(has_kept_up, "a node that knows the items")
+
+    async def settle(self) -> Status:
+        """Waits until the node has heard of everything that has happened, whose figures are then
+        those of the world."""
+        await self.monitor.wait_connected()
+        await self.r1.settle(60)
+        await self.r2.settle(60)
+        try:
+            await eventually(self._has_settled, "a settled line")
+        except AssertionError as error:
+            raise AssertionError(f"{error}: {self.monitor.status}, {self.world}") from None
+        status = self.monitor.status
+        assert status is not None
+        check(self.world, status)
+        return status
+
+
+@contextlib.asynccontextmanager
+async def peers_at_work(
+    world: World, address: str, watched_at: str | None = None
+) -> AsyncIterator[Peers]:
+    """The programs of a whole line, which work for the node at an address until the block ends.
+
+    Args:
+        watched_at: Where the monitor finds the node, if it is elsewhere.
+    """
+
+    def position() -> tuple[float, float]:
+        return BELT_SPEED, BELT_SPEED * (world.clock() - world.began)
+
+    async with (
+        Monitor(watched_at or address) as monitor,
+        Belt(address) as belt,
+        Camera(address, "north") as camera,
+        Robot(address, "r1", heartbeat=0.1) as r1,
+        Robot(address, "r2", heartbeat=0.1) as r2,
+        at_work(world, r1, r2),
+    ):
+        driving = asyncio.create_task(belt.follow(position))
+        try:
+            yield Peers(world, monitor, camera, r1, r2)
+        finally:
+            driving.cancel()
+
+
+def check(world: World, status: Status) -> None:
+    """The node's figures are those of the world."""
+    total = status.picked + status.missed.total + status.on_belt + status.claimed
+    assert status.seen == total + (status.unwanted or 0)
+    assert not world.twice, "items were picked twice"
+    assert status.picked == len(world.bins)
+    by_robot = Counter(world.bins.values())
+    assert {robot.name: robot.picked for robot in status.robots} == {
+        name: by_robot[name] for name in ("r1", "r2")
+    }
+    assert not status.open_tasks
 
 
 def certificates(folder: Path) -> None:

@@ -16,7 +16,7 @@ PATH=$venv/bin:$PATH MATURIN_PEP517_ARGS="--profile dev --locked $*" CARGO_TARGE
 "$venv/bin/pip" install --quiet --disable-pip-version-check --no-deps --force-reinstall "$wheels"/*.whl
 # Most of the live client's tests wait for the clock, so several run at once. Those over MQTT take a
 # program that has it.
-cargo build --locked --no-default-features --features mqtt,ros2 --bin pickline
+cargo build --locked --workspace --features mqtt,ros2 --bin pickline
 cp "$target/debug/pickline" "$wheels/pickline-mqtt"
 PICKLINE=$venv/bin/pickline PICKLINE_MQTT=$wheels/pickline-mqtt "$python" -m pytest --quiet \
     -p no:cacheprovider --numprocesses 4 --ignore python/tests/sb3 python/tests

@@ -23,14 +23,12 @@ from live_support import (
     PROGRAM,
     Node,
     World,
-    at_work,
     certificates,
     eventually,
     free_port,
+    peers_at_work,
     run,
 )
-from test_live_line import check
-from test_live_restarts import drive, settled
 
 from pickline.live import (
     BadAddress,
@@ -40,7 +38,6 @@ from pickline.live import (
     Monitor,
     Operator,
     Refused,
-    Robot,
     Unreachable,
 )
 
@@ -136,30 +133,20 @@ def test_a_whole_line_over_mqtt() -> None:
         async with (
             broker() as place,
             node_at(place, "--status-every", "0.2"),
-            Monitor(place.address) as monitor,
-            Belt(place.address) as belt,
-            Camera(place.address, "north") as camera,
-            Robot(place.address, "r1", heartbeat=0.1) as r1,
-            Robot(place.address, "r2", heartbeat=0.1) as r2,
+            peers_at_work(world, place.address) as peers,
         ):
             events: list[str] = []
 
             async def watch() -> None:
-                async for message in monitor.messages():
+                async for message in peers.monitor.messages():
                     events.append(message.kind)
 
             watching = asyncio.create_task(watch())
-            async with at_work(world, r1, r2):
-                driving = asyncio.create_task(drive(belt, world))
-                world.begin(30)
-                await world.show(camera)
-                await r1.settle()
-                await r2.settle()
-                await eventually(lambda: settled(monitor, world), "a settled line")
-                driving.cancel()
+            world.begin(30)
+            await world.show(peers.camera)
+            status = await peers.settle()
             watching.cancel()
-            check(world, monitor.status)
-            assert monitor.status.seen == 30 and not monitor.status.rejected
+            assert status.seen == 30 and not status.rejected
             assert len(world.bins) >= 15
             assert events.count("task") >= len(world.bins)
 
@@ -192,40 +179,29 @@ def test_kills_over_mqtt(what: str) -> None:
         async with (
             broker() as place,
             node_at(place, *flags) as line,
-            Monitor(place.address) as monitor,
-            Belt(place.address) as belt,
-            Camera(place.address, "north") as camera,
-            Robot(place.address, "r1", heartbeat=0.1) as r1,
-            Robot(place.address, "r2", heartbeat=0.1) as r2,
+            peers_at_work(world, place.address) as peers,
         ):
-            async with at_work(world, r1, r2):
-                driving = asyncio.create_task(drive(belt, world))
-                world.begin(40)
-                showing = asyncio.create_task(world.show(camera))
-                kills = 0
-                while not showing.done():
-                    works = world.works
-                    await eventually(lambda: showing.done() or world.works > works + 1, "work")
-                    await asyncio.wait([showing], timeout=rng.uniform(0.0, 0.7))
-                    if showing.done():
-                        break
-                    kills += 1
-                    if what == "node":
-                        line.kill()
-                        line.start()
-                    else:
-                        place.kill()
-                        await place.start()
-                await showing
-                await monitor.wait_connected()
-                await r1.settle(60)
-                await r2.settle(60)
-                await eventually(lambda: settled(monitor, world), "a settled line")
-                driving.cancel()
-            status = monitor.status
-            check(world, status)
+            world.begin(40)
+            showing = asyncio.create_task(world.show(peers.camera))
+            kills = 0
+            while not showing.done():
+                works = world.works
+                await eventually(lambda: showing.done() or world.works > works + 1, "work")
+                await asyncio.wait([showing], timeout=rng.uniform(0.0, 0.7))
+                await peers.keep_up()
+                if showing.done():
+                    break
+                kills += 1
+                if what == "node":
+                    line.kill()
+                    line.start()
+                else:
+                    place.kill()
+                    await place.start()
+            await showing
+            status = await peers.settle()
             assert kills >= 2 and status.seen == 40 and status.missed.no_result == 0
-            assert r1.connections > 1
+            assert peers.r1.connections > 1
 
     run(play())
 

@@ -9,31 +9,13 @@ import time
 
 import pytest
 
-from live_support import BELT_SPEED, World, at_work, eventually, needs_program, node, run
-from test_live_line import check
+from live_support import World, eventually, needs_program, node, peers_at_work, run
 
-from pickline.live import Belt, Camera, Monitor, Robot
+from pickline.live import Camera, Monitor, Robot
 
 pytestmark = needs_program
 
 ITEMS = int(os.environ.get("PICKLINE_TEST_ITEMS", 60))
-
-
-async def drive(belt: Belt, world: World) -> None:
-    """Tells how the belt moves, without a pause that the node would notice."""
-    await belt.follow(lambda: (BELT_SPEED, BELT_SPEED * (time.time() - world.began)))
-
-
-def settled(monitor: Monitor, world: World) -> bool:
-    """Whether the node has heard of everything that has happened."""
-    status = monitor.status
-    return (
-        monitor.is_connected
-        and status is not None
-        and status.on_belt + status.claimed == 0
-        and status.seen >= len(world.items)
-        and not status.open_tasks
-    )
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -43,47 +25,36 @@ def test_a_node_that_is_killed_again_and_again(seed: int) -> None:
         world = World(time.time)
         async with (
             node("--journal", "line.journal", "--status-every", "0.1") as line,
-            Monitor(line.address) as monitor,
-            Belt(line.address) as belt,
-            Camera(line.address, "north") as camera,
-            Robot(line.address, "r1", heartbeat=0.1) as r1,
-            Robot(line.address, "r2", heartbeat=0.1) as r2,
+            peers_at_work(world, line.address) as peers,
         ):
-            async with at_work(world, r1, r2):
-                driving = asyncio.create_task(drive(belt, world))
-                world.begin(ITEMS)
-                showing = asyncio.create_task(world.show(camera))
-                kills = 0
-                while not showing.done():
-                    # At any moment, and down for a while in which the belt goes on.
-                    works, pause = world.works, rng.uniform(0.3, 1.2)
-                    begun = time.monotonic()
-                    await eventually(
-                        lambda: showing.done()
-                        or (world.works > works and time.monotonic() - begun > pause),
-                        "work",
-                    )
-                    if world.works == works or showing.done():
-                        break
-                    line.kill()
-                    kills += 1
-                    await asyncio.sleep(rng.uniform(0.0, 0.3))
-                    line.start()
-                await showing
-                await monitor.wait_connected()
-                await r1.settle(60)
-                await r2.settle(60)
-                await eventually(lambda: settled(monitor, world), "a settled line")
-                driving.cancel()
-            status = monitor.status
+            world.begin(ITEMS)
+            showing = asyncio.create_task(world.show(peers.camera))
+            kills = 0
+            while not showing.done():
+                # At any moment, and down for a while in which the belt goes on.
+                works, pause = world.works, rng.uniform(0.3, 1.2)
+                begun = time.monotonic()
+                await eventually(
+                    lambda: showing.done()
+                    or (world.works > works and time.monotonic() - begun > pause),
+                    "work",
+                )
+                await peers.keep_up()
+                if world.works == works or showing.done():
+                    break
+                line.kill()
+                kills += 1
+                await asyncio.sleep(rng.uniform(0.0, 0.3))
+                line.start()
+            await showing
+            status = await peers.settle()
             assert kills >= 3
-            check(world, status)
             assert status.seen == ITEMS
             # What the node calls lost was lost by nobody else.
             assert status.missed.no_result == 0
             for item, verdicts in world.reported.items():
                 assert verdicts.count("PICKED") == (1 if item in world.bins else 0)
-            assert min(r1.connections, r2.connections, camera.connections) > 1
+            assert min(peers.r1.connections, peers.r2.connections, peers.camera.connections) > 1
 
     run(play())
 
@@ -174,7 +145,12 @@ def test_a_controller_that_crashes_with_a_task_in_hand() -> None:
                 taking.cancel()
                 await robot.close()
             await showing
-            await eventually(lambda: settled(monitor, world), "a settled line")
+
+            def is_settled() -> bool:
+                status = monitor.status
+                return status.seen == 12 and not status.on_belt + status.claimed + len(status.open_tasks)
+
+            await eventually(is_settled, "a settled line")
             status = monitor.status
             assert status.seen == 12 and status.picked == len(world.bins) and not world.twice
             assert crashes > 3
@@ -186,30 +162,20 @@ def test_connections_that_are_cut_again_and_again() -> None:
     async def play() -> None:
         rng = random.Random(3)
         world = World(time.time)
-        async with node("--status-every", "0.1") as line, Proxy(line.port) as proxy:
-            address = f"127.0.0.1:{proxy.port}"
-            async with (
-                Monitor(line.address) as monitor,
-                Belt(address) as belt,
-                Camera(address, "north") as camera,
-                Robot(address, "r1", heartbeat=0.1) as r1,
-                Robot(address, "r2", heartbeat=0.1) as r2,
-            ):
-                async with at_work(world, r1, r2):
-                    driving = asyncio.create_task(drive(belt, world))
-                    world.begin(ITEMS)
-                    showing = asyncio.create_task(world.show(camera))
-                    while not showing.done():
-                        await asyncio.wait([showing], timeout=rng.uniform(0.1, 0.8))
-                        proxy.cut()
-                    await showing
-                    await r1.settle(60)
-                    await r2.settle(60)
-                    await eventually(lambda: settled(monitor, world), "a settled line")
-                    driving.cancel()
-                status = monitor.status
-                check(world, status)
-                assert status.seen == ITEMS and status.missed.no_result == 0
-                assert proxy.cuts > 10 and r1.connections > 5
+        async with (
+            node("--status-every", "0.1") as line,
+            Proxy(line.port) as proxy,
+            peers_at_work(world, f"127.0.0.1:{proxy.port}", watched_at=line.address) as peers,
+        ):
+            world.begin(ITEMS)
+            showing = asyncio.create_task(world.show(peers.camera))
+            while not showing.done():
+                await asyncio.wait([showing], timeout=rng.uniform(0.1, 0.8))
+                await peers.keep_up()
+                proxy.cut()
+            await showing
+            status = await peers.settle()
+            assert status.seen == ITEMS and status.missed.no_result == 0
+            assert proxy.cuts > 10 and peers.r1.connections > 5
 
     run(play())

@@ -8,6 +8,7 @@ cd "$(dirname "$0")/../.."
 . tests/debian.sh
 debian /usr/sbin/mosquitto=mosquitto mosquitto_sub=mosquitto-clients openssl=openssl
 
-cargo test --locked --no-default-features --features mqtt,ros2 --test mqtt "$@"
+# The same build as in tests/ros2/ and python/tests/.
+cargo test --locked --workspace --features mqtt,ros2 --test mqtt "$@"
 python3 tests/load/load.py --mqtt --pickline "${CARGO_TARGET_DIR:-target}/debug/pickline" \
     --clock messages --items 100000

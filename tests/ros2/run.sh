@@ -8,5 +8,5 @@ cd "$(dirname "$0")/../.."
 . tests/venv.sh
 venv ros2
 . tests/ros2/build.sh
-PICKLINE_ROS2_FIELDS=$fields PICKLINE_ROS2_PYTHON=$python cargo test --locked --no-default-features \
-    --features mcap,mqtt,ros2 --test ros2 "$@"
+PICKLINE_ROS2_FIELDS=$fields PICKLINE_ROS2_PYTHON=$python cargo test --locked --workspace \
+    --features mqtt,ros2 --test ros2 "$@"
