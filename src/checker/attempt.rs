@@ -19,8 +19,8 @@ pub(super) struct Attempt<'a> {
     pub robot: &'a Robot,
     pub item: &'a Item,
     pub pick: &'a Pick,
-    /// Where the arm is before it [m].
-    pub from: Point2<f64>,
+    /// Where the arm is before it [m], if that is known.
+    pub from: Option<Point2<f64>>,
 }
 
 impl Attempt<'_> {
@@ -54,8 +54,10 @@ impl Attempt<'_> {
         }
         let wrong = |text: String| Problem::of(ViolationKind::Bin, text);
         let Some(bin) = robot.bins.get(usize::from(pick.bin)) else {
-            problems.push(wrong(format!("the robot has no bin {}", pick.bin)));
-            return None;
+            let text = format!("the robot has no bin {}", pick.bin);
+            problems.push(Problem::of(ViolationKind::Unknown, text));
+            // Wherever it says that the item went, it can only have gone there.
+            return (robot.bins.len() == 1).then(|| &robot.bins[0]);
         };
         match bin_of(robot, self.item.class.as_deref()) {
             Some(right) if right == usize::from(pick.bin) => {}
@@ -92,58 +94,112 @@ impl Attempt<'_> {
         self.check_place(problems);
     }
 
-    /// By how much each time and position must be allowed to be off [s], if the time of a move
-    /// differs by this length of its path [m], or by this time [s] unless the speed is constant.
-    /// Each of the move's two times can be off, and with the place of the item the time that the
-    /// move takes, by less than the belt moves meanwhile: T is less steep than 1 / v.
-    fn tolerance_for(&self, gap: f64) -> f64 {
-        gap / self.robot.arm.constant_speed().unwrap_or(1.0) / 3.0
+    /// The least time [s] by which times and positions must be allowed to be off, so that a move over
+    /// this distance [m] may take this time [s]: both its ends in time, and its end at the item by as
+    /// far as the belt moves meanwhile.
+    fn tolerance_for(&self, distance: f64, taken: f64) -> f64 {
+        let shift = self.checked.station.belt().speed;
+        let needed = move_time(self.robot, distance);
+        let is_explained = |off: f64| match taken > needed {
+            true => move_time(self.robot, distance + shift * off) + 2.0 * off >= taken,
+            false => move_time(self.robot, (distance - shift * off).max(0.0)) - 2.0 * off <= taken,
+        };
+        // With this much the times alone explain it.
+        let (mut low, mut high) = (0.0, 0.5 * (taken - needed).abs());
+        for _ in 0..100 {
+            let middle = 0.5 * (low + high);
+            match is_explained(middle) {
+                true => high = middle,
+                false => low = middle,
+            }
+        }
+        high
     }
 
     fn check_travel(&self, problems: &mut Vec<Problem>) {
         let (robot, pick) = (self.robot, self.pick);
+        let Some(from) = self.from else {
+            return;
+        };
         let rounding = self.rounding();
-        let out = nalgebra::distance(&pick.meet, &self.from);
+        let out = nalgebra::distance(&pick.meet, &from);
         let taken = pick.grasp - pick.decide;
         let gap = match robot.arm.constant_speed() {
             Some(speed) => Self::gap(out, speed * taken, rounding),
             None => Self::gap(move_time(robot, out), taken, self.in_time(rounding)),
         };
-        let tolerance = self.tolerance_for(gap);
-        if self.exceeds(tolerance) {
-            problems.push(Problem::off(
-                ViolationKind::TravelTime,
-                tolerance,
+        self.check_time(
+            gap,
+            (out, taken),
+            ViolationKind::TravelTime,
+            problems,
+            || {
+                if taken < 0.0 {
+                    return format!(
+                        "it grasps at {} s, before it leaves at {} s",
+                        digits(pick.grasp),
+                        digits(pick.decide)
+                    );
+                }
                 format!(
                     "travelling {} m does not take {} s, but {} s",
                     digits(out),
                     digits(taken),
                     digits(move_time(robot, out)),
-                ),
-            ));
-        }
+                )
+            },
+        );
     }
 
     fn check_return(&self, bin: &Bin, problems: &mut Vec<Problem>) {
         let (robot, pick) = (self.robot, self.pick);
         let rounding = self.rounding();
         let back = nalgebra::distance(&pick.meet, &bin.at);
-        let home = pick.grasp + robot.grasp_time + move_time(robot, back) + bin.release_time;
+        let still = robot.grasp_time + bin.release_time;
+        let home = pick.grasp + still + move_time(robot, back);
         let gap = match robot.arm.constant_speed() {
             Some(_) => Self::gap(pick.release, home, rounding),
             None => Self::gap(pick.release, home, self.in_time(rounding)),
         };
-        let tolerance = gap / 3.0;
-        if self.exceeds(tolerance) {
-            problems.push(Problem::off(
-                ViolationKind::ReturnTime,
-                tolerance,
+        let taken = pick.release - pick.grasp - still;
+        self.check_time(
+            gap,
+            (back, taken),
+            ViolationKind::ReturnTime,
+            problems,
+            || {
+                if pick.release < pick.grasp {
+                    return format!(
+                        "the item is in the bin at {} s, before the grasp begins at {} s",
+                        digits(pick.release),
+                        digits(pick.grasp)
+                    );
+                }
                 format!(
                     "it returns at {} s, not {} s",
                     digits(home),
                     digits(pick.release)
-                ),
-            ));
+                )
+            },
+        );
+    }
+
+    /// Reports a move over a distance [m] in a time [s] that differ by this gap [m or s] beyond
+    /// rounding, unless that is within the tolerance.
+    fn check_time(
+        &self,
+        gap: f64,
+        (distance, taken): (f64, f64),
+        kind: ViolationKind,
+        problems: &mut Vec<Problem>,
+        text: impl FnOnce() -> String,
+    ) {
+        if gap == 0.0 {
+            return;
+        }
+        let tolerance = self.tolerance_for(distance, taken);
+        if self.exceeds(tolerance) {
+            problems.push(Problem::off(kind, tolerance, text()));
         }
     }
 
@@ -249,9 +305,15 @@ impl Attempt<'_> {
     /// Whether an attempt that found nothing could have met the item at its true position.
     pub(super) fn check_vanity(&self, problems: &mut Vec<Problem>) {
         let Self {
-            robot, item, pick, ..
+            robot,
+            item,
+            pick,
+            from,
+            ..
         } = *self;
-        let from = self.from;
+        let Some(from) = from else {
+            return;
+        };
         let belt = self.checked.station.belt();
         // The gripper gains on the item while it is on the belt, so what it lacks crosses zero at most
         // once; bisection finds where.

@@ -58,7 +58,8 @@ pub fn check(station: &Station, pattern: &Pattern, outcome: &Outcome) -> Result<
 
 /// All that is wrong with `attempts`, which may come from any program, in order of decision and
 /// robot. Those that failed have a cause. Apart from `terms`, it is checked what [`check`] checks of
-/// each attempt.
+/// each attempt. Of an attempt with a robot, an item or a bin that does not exist, it is checked what
+/// does not depend on that.
 pub fn violations(
     station: &Station,
     pattern: &Pattern,
@@ -109,56 +110,60 @@ fn follow(
 ) -> Vec<Claim> {
     let robots = checked.station.robots();
     let mut free_at = vec![0.0; robots.len()];
-    let mut places: Vec<Point2<f64>> = robots.iter().map(|robot| robot.rest).collect();
+    let mut places: Vec<_> = robots.iter().map(|robot| Some(robot.rest)).collect();
     let mut claims: Vec<Claim> = vec![None; checked.pattern.len()];
     let mut problems = Vec::new();
     for &Listed { index, pick, cause } in attempts {
-        let (Some(robot), Some(item)) = (
-            robots.get(pick.robot),
-            checked.pattern.items().get(pick.item as usize),
-        ) else {
-            let problem = Problem::of(ViolationKind::Unknown, "there is no such robot or item");
-            report(problem.in_pick(index, pick));
-            continue;
-        };
-        let attempt = Attempt {
-            checked,
-            robot,
-            item,
-            pick,
-            from: places[pick.robot],
-        };
-        check_attempt(&attempt, cause, &mut problems);
-        if let Some(bin) = robot.bins.get(usize::from(pick.bin)) {
-            places[pick.robot] = bin.at;
+        let robot = robots.get(pick.robot);
+        let item = checked.pattern.items().get(pick.item as usize);
+        match (robot, item) {
+            (Some(robot), Some(item)) => {
+                let attempt = Attempt {
+                    checked,
+                    robot,
+                    item,
+                    pick,
+                    from: places[pick.robot],
+                };
+                check_attempt(&attempt, cause, &mut problems);
+            }
+            _ => {
+                let text = "there is no such robot or item";
+                problems.push(Problem::of(ViolationKind::Unknown, text));
+            }
         }
-        let ends = match cause {
-            Some(_) => pick.grasp + robot.grasp_time,
-            None => f64::INFINITY,
-        };
-        let claim = claims[pick.item as usize].replace((pick.robot, ends));
-        if let Some((other, until)) = claim {
-            let text = format!(
-                "the item was already claimed by robot `{}`",
-                robots[other].name
-            );
-            problems.extend(too_early(
-                checked,
-                pick,
-                until,
-                ViolationKind::Claimed,
-                text,
-            ));
+        if item.is_some() {
+            let ends = match (cause, robot) {
+                (Some(_), Some(robot)) => pick.grasp + robot.grasp_time,
+                (Some(_), None) => pick.grasp,
+                (None, _) => f64::INFINITY,
+            };
+            let claim = claims[pick.item as usize].replace((pick.robot, ends));
+            problems.extend(claim.and_then(|(other, until)| {
+                let other = robots.get(other).map_or("of another name", |r| &r.name);
+                let text = format!("the item was already claimed by robot `{other}`");
+                too_early(checked, pick, until, ViolationKind::Claimed, text)
+            }));
         }
-        let free = free_at[pick.robot];
-        let text = format!("the robot is busy until {} s", digits(free));
-        problems.extend(too_early(checked, pick, free, ViolationKind::Busy, text));
-        free_at[pick.robot] = pick.release;
+        if let Some(robot) = robot {
+            places[pick.robot] = place_after(robot, pick);
+            let free = free_at[pick.robot];
+            let text = format!("the robot is busy until {} s", digits(free));
+            problems.extend(too_early(checked, pick, free, ViolationKind::Busy, text));
+            free_at[pick.robot] = pick.release;
+        }
         for problem in problems.drain(..) {
             report(problem.in_pick(index, pick));
         }
     }
     claims
+}
+
+/// Where the arm is after an attempt [m]; `None` if the bin is unknown and there are several.
+fn place_after(robot: &Robot, pick: &Pick) -> Option<Point2<f64>> {
+    let bin = robot.bins.get(usize::from(pick.bin));
+    let only = || (robot.bins.len() == 1).then(|| &robot.bins[0]);
+    bin.or_else(only).map(|bin| bin.at)
 }
 
 /// What is wrong with an attempt by itself.

@@ -43,11 +43,12 @@ const KNOWN: KnownColumns = KnownColumns {
 #[derive(Debug, Clone, Default)]
 #[non_exhaustive]
 pub struct PicksFile {
-    /// The attempts in the order of the file; those that failed with the cause.
+    /// The attempts in the order of the file; those that failed with the cause. A robot, an item or a
+    /// bin that does not exist has an index that is out of range.
     pub attempts: Vec<(Pick, Option<FailureCause>)>,
     /// The line of each attempt.
     pub lines: Vec<usize>,
-    /// The rows with a robot, an item or a bin that does not exist, which are no attempts.
+    /// The robots, items and bins that do not exist.
     pub unknown: Vec<UnknownRow>,
     /// Names of the columns that were ignored.
     pub ignored: Vec<String>,
@@ -84,12 +85,12 @@ pub fn read_picks(
 ) -> Result<PicksFile> {
     let mut file = CsvFile::new(text, name);
     let columns = Columns::of(&mut file, &KNOWN)?;
-    let items = pattern.items().iter().zip(0..);
+    let items = pattern.items().iter().enumerate();
     let line_up = LineUp {
         station,
         pattern,
         numbers: items
-            .map(|(item, index)| (item.id.as_str(), index))
+            .map(|(index, item)| (item.id.as_str(), index))
             .collect(),
     };
     let mut read = PicksFile::default();
@@ -98,20 +99,18 @@ pub fn read_picks(
     while let Some(line) = file.next(&mut record)? {
         let row = PickRow::of(&mut file, &record, &columns)?;
         strange += usize::from(!line_up.numbers.contains_key(row.item));
-        match line_up.attempt(&row, &file, &columns)? {
-            Ok(attempt) => {
-                read.attempts.push(attempt);
-                read.lines.push(line);
-            }
-            Err(problem) => read.unknown.push(UnknownRow {
+        let (attempt, problems) = line_up.attempt(&row, &file, &columns)?;
+        read.attempts.push(attempt);
+        read.lines.push(line);
+        read.unknown
+            .extend(problems.into_iter().map(|problem| UnknownRow {
                 line,
                 robot: shown(row.robot),
                 item: shown(row.item),
                 problem,
-            }),
-        }
+            }));
     }
-    if strange > 0 && strange == read.attempts.len() + read.unknown.len() {
+    if strange > 0 && strange == read.attempts.len() {
         return Err(Error::input(
             name,
             "none of its items is in the pattern",
@@ -180,13 +179,13 @@ struct LineUp<'a> {
     station: &'a Station,
     pattern: &'a Pattern,
     /// The index of each item, by its id.
-    numbers: HashMap<&'a str, u32>,
+    numbers: HashMap<&'a str, usize>,
 }
 
 type Attempted = (Pick, Option<FailureCause>);
 
 impl LineUp<'_> {
-    /// The attempt of a row, or what it names that does not exist.
+    /// The attempt of a row, and what it names that does not exist.
     ///
     /// # Errors
     /// A failure that is none, or that lacks a place.
@@ -195,57 +194,63 @@ impl LineUp<'_> {
         row: &PickRow,
         file: &CsvFile,
         columns: &Columns,
-    ) -> Result<std::result::Result<Attempted, String>> {
+    ) -> Result<(Attempted, Vec<String>)> {
         let cause = cause_of(row, file, columns)?;
-        let robot = robot_called(row.robot, self.station);
-        let robot = robot.map_err(|no| format!("{}; {}", no.problem, no.cure));
-        let found = robot.and_then(|robot| {
-            let item = self.item(row.item)?;
-            let bin = self.bin(&self.station.robots()[robot], item, row.bin)?;
-            Ok((robot, item, bin))
-        });
-        let (robot, item, bin) = match found {
-            Ok(found) => found,
-            Err(problem) => return Ok(Err(problem)),
+        let mut problems = Vec::new();
+        let mut known = |result: std::result::Result<usize, String>| {
+            result.map_err(|problem| problems.push(problem)).ok()
         };
+        let robot = robot_called(row.robot, self.station);
+        let robot = known(robot.map_err(|no| format!("{}; {}", no.problem, no.cure)));
+        let item = known(self.item(row.item));
+        let it = item.map(|item| &self.pattern.items()[item]);
+        let bin = robot.and_then(|robot| {
+            let robot = &self.station.robots()[robot];
+            let class = it.and_then(|it| it.class.as_deref());
+            known(bin_called(robot, class, row.bin))
+        });
         let [decide, grasp, release] = row.times;
-        let it = &self.pattern.items()[item as usize];
-        let x = it.x0 + self.station.belt().speed * grasp;
+        let belt = self.station.belt();
+        let at_grasp = it.map(|it| Point2::new(it.x0 + belt.speed * grasp, it.y));
         let pick = Pick {
-            robot,
-            item,
-            bin,
+            robot: robot.unwrap_or(usize::MAX),
+            item: item
+                .and_then(|item| item.try_into().ok())
+                .unwrap_or(u32::MAX),
+            bin: bin.and_then(|bin| bin.try_into().ok()).unwrap_or(u16::MAX),
             decide,
             grasp,
             release,
-            meet: row.meet.unwrap_or(Point2::new(x, it.y)),
+            meet: row.meet.or(at_grasp).unwrap_or_default(),
         };
-        Ok(Ok((pick, cause)))
+        Ok(((pick, cause), problems))
     }
 
-    fn item(&self, text: &str) -> std::result::Result<u32, String> {
+    fn item(&self, text: &str) -> std::result::Result<usize, String> {
         let unknown = || format!("there is no item `{}` in the pattern", shown(text));
         self.numbers.get(text).copied().ok_or_else(unknown)
     }
+}
 
-    fn bin(&self, robot: &Robot, item: u32, text: &str) -> std::result::Result<u16, String> {
-        let place = if text.is_empty() {
-            let class = self.pattern.items()[item as usize].class.as_deref();
-            // The checker says what is wrong with an item that goes into no bin.
-            robot.bin_for(class).unwrap_or_default()
-        } else {
-            let named = robot.bins.iter().position(|bin| bin.name == text);
-            named.ok_or_else(|| {
-                let names: Vec<&str> = robot.bins.iter().map(|bin| bin.name.as_str()).collect();
-                format!(
-                    "there is no bin `{}`; {}",
-                    shown(text),
-                    known_bins(text, &names)
-                )
-            })?
-        };
-        u16::try_from(place).map_err(|_| format!("there is no bin {place}"))
+/// The index of the robot's bin with this name; without a name, of the one for this class.
+fn bin_called(
+    robot: &Robot,
+    class: Option<&str>,
+    text: &str,
+) -> std::result::Result<usize, String> {
+    if text.is_empty() {
+        // The checker says what is wrong with an item that goes into no bin.
+        return Ok(robot.bin_for(class).unwrap_or_default());
     }
+    let named = robot.bins.iter().position(|bin| bin.name == text);
+    named.ok_or_else(|| {
+        let names: Vec<&str> = robot.bins.iter().map(|bin| bin.name.as_str()).collect();
+        format!(
+            "there is no bin `{}`; {}",
+            shown(text),
+            known_bins(text, &names)
+        )
+    })
 }
 
 /// The failure of a row; `None` for a pick.
@@ -310,7 +315,8 @@ mod tests {
         let text = "robot,item,decide_s,grasp_s,release_s,bin\nr1,a,1,2,3,\nr9,a,1,2,3,\n0,a,1,2,3,\n\
                     r1,c,1,2,3,\nr1,a,1,2,3,b2\n";
         let read = read(text).unwrap();
-        assert_eq!(read.attempts.len(), 1);
+        // They are attempts nevertheless: a robot that took them was busy.
+        assert_eq!(read.attempts.len(), 5);
         let found: Vec<_> = read
             .unknown
             .iter()

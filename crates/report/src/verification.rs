@@ -73,12 +73,26 @@ impl VerificationReport {
         terms: Terms,
         made: Provenance,
     ) -> Self {
-        let known = violations.iter().map(|violation| {
+        // What is unknown is told in the words of the file.
+        let known = violations.iter();
+        let known = known.filter(|violation| violation.kind != ViolationKind::Unknown);
+        let known = known.map(|violation| {
             let (pick, _) = file.attempts[violation.attempt];
+            let line = file.lines[violation.attempt];
+            // As written, where the row names what does not exist.
+            let written = || file.unknown.iter().find(|row| row.line == line);
+            let robot = station.robots().get(pick.robot);
+            let item = pattern.items().get(pick.item as usize);
             ViolationReport {
-                line: file.lines[violation.attempt],
-                robot: station.robots()[pick.robot].name.clone(),
-                item: pattern.items()[pick.item as usize].id.clone(),
+                line,
+                robot: robot
+                    .map(|robot| robot.name.clone())
+                    .or_else(|| Some(written()?.robot.clone()))
+                    .unwrap_or_default(),
+                item: item
+                    .map(|item| item.id.clone())
+                    .or_else(|| Some(written()?.item.clone()))
+                    .unwrap_or_default(),
                 decide_s: Some(pick.decide),
                 grasp_s: Some(pick.grasp),
                 place: Some([pick.meet.x, pick.meet.y]),

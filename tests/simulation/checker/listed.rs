@@ -141,3 +141,34 @@ fn cameras_and_clocks_are_terms() {
     assert!(Terms::default().with_tolerance(-1.0).check().is_err());
     assert!(Terms::default().with_tolerance(f64::NAN).check().is_err());
 }
+
+#[test]
+fn one_time_that_is_off_is_noticed_from_about_twice_the_tolerance_on() {
+    let (station, pattern, exact) = run_on("paper");
+    let tolerant = Terms::default().with_tolerance(0.1);
+    for (off, is_noticed) in [(0.19, false), (-0.19, false), (0.22, true), (-0.22, true)] {
+        let mut bent = exact.clone();
+        bent[7].0.release += off;
+        let found = violations(&station, &pattern, &bent, tolerant);
+        assert_eq!(!found.is_empty(), is_noticed, "{off}: {found:?}");
+    }
+}
+
+#[test]
+fn times_in_the_wrong_order_are_named_as_such() {
+    let (station, pattern, exact) = run_on("sorting");
+    for (field, words) in [
+        (0, "before it leaves at"),
+        (1, "in the bin at 1 s, before the grasp begins at"),
+    ] {
+        let mut bent = exact.clone();
+        let pick = &mut bent[7].0;
+        match field {
+            0 => pick.decide = pick.grasp + 1.0,
+            _ => pick.release = 1.0,
+        }
+        let found = violations(&station, &pattern, &bent, Terms::default());
+        let named = |v: &Violation| v.attempt == 7 && v.problem.contains(words);
+        assert!(found.iter().any(named), "{words}: {found:?}");
+    }
+}
