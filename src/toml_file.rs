@@ -42,13 +42,21 @@ impl<'a> File<'a> {
         }
         let root = DeTable::parse(self.text).map_err(|error| {
             let line = error.span().map_or(1, |span| self.line(span.start));
+            let cure = match error.message().contains("duplicate key") {
+                true => self.duplicate_cure(line),
+                false => {
+                    "fix the line; strings need quotes, and numbers a digit before the decimal \
+                          point"
+                        .to_owned()
+                }
+            };
             Error::input(
                 format!("{}:{line}", self.name),
                 format!(
                     "not valid TOML: {}",
                     error.message().trim().replace('\n', "; ")
                 ),
-                "fix the line; strings need quotes, and numbers a digit before the decimal point",
+                cure,
             )
             .caused_by(error)
         })?;
@@ -58,6 +66,18 @@ impl<'a> File<'a> {
             table: root.get_ref(),
             line: 1,
         })
+    }
+
+    /// The cure for a key that is there twice, the second time on this line.
+    fn duplicate_cure(&self, line: usize) -> String {
+        let text = self.text.lines().nth(line - 1).unwrap_or_default().trim();
+        match text.starts_with('[') {
+            true => format!(
+                "`{}` is a key that already has a value; keep one of the two",
+                shown(text)
+            ),
+            false => "give every key once".to_owned(),
+        }
     }
 
     pub(crate) fn line(&self, offset: usize) -> usize {
@@ -83,7 +103,10 @@ impl<'a> File<'a> {
     /// `file:line: key`; the line is that of the key or of the nearest enclosing table.
     pub(crate) fn place(&self, key: &str) -> String {
         let (lines, aliases) = (self.lines.borrow(), self.aliases.borrow());
-        let key = aliases.get(key).map_or(key, String::as_str);
+        let mut key = key;
+        while let Some(other) = aliases.get(key) {
+            key = other;
+        }
         let mut known = key;
         loop {
             if let Some(line) = lines.get(known) {
@@ -122,10 +145,15 @@ impl<'a> Section<'a> {
     }
 
     pub(crate) fn missing(&self, key: &str) -> Error {
+        self.missing_or(key, "")
+    }
+
+    /// That `key` is missing, for which something else would do.
+    pub(crate) fn missing_or(&self, key: &str, otherwise: &str) -> Error {
         Error::input(
             format!("{}:{}: {}", self.file.name, self.line, self.key(key)),
             "the key is missing",
-            format!("add `{key} = ...`; see {}", self.file.example),
+            format!("add `{key} = ...`{otherwise}; see {}", self.file.example),
         )
     }
 
@@ -312,19 +340,23 @@ impl<'a> Section<'a> {
             },
             _ => None,
         };
-        let pairs = match value {
-            DeValue::Array(list) => list.iter().map(pair).collect::<Option<Vec<_>>>(),
-            _ => None,
+        let wrong = |problem: String| {
+            let cure = format!(
+                "give length in m and time in s of each: {key} = [[0.0, 0.08], [0.1, 0.15]]"
+            );
+            self.wrong(key, problem, cure)
         };
-        pairs.map(Some).ok_or_else(|| {
-            self.wrong(
-                key,
-                format!("{} is not a list of points", describe(value)),
-                format!(
-                    "give length in m and time in s of each: {key} = [[0.0, 0.08], [0.1, 0.15]]"
-                ),
-            )
-        })
+        let DeValue::Array(list) = value else {
+            return Err(wrong(format!(
+                "{} is not a list of points",
+                describe(value)
+            )));
+        };
+        let points = list.iter().zip(1..).map(|(point, number)| {
+            let what = || describe(point.get_ref());
+            pair(point).ok_or_else(|| wrong(format!("point {number}, {}, is no point", what())))
+        });
+        points.collect::<Result<_>>().map(Some)
     }
 
     /// Whether the value of `key` is a list of tables rather than of numbers.

@@ -23,7 +23,10 @@ pub(super) fn read(owner: &Section) -> Result<Arm> {
                 "keep the table, or describe the arm by speed and acceleration".into(),
             ));
         }
-        (None, None, ..) => return Err(owner.missing("speed")),
+        (None, None, ..) => {
+            let table = ", or a measured table: `travel = [[0.0, 0.08], [0.1, 0.15]]`";
+            return Err(owner.missing_or("speed", table));
+        }
         (None, Some(_), None, Some(_)) => {
             return Err(owner.wrong(
                 "deceleration",

@@ -76,10 +76,8 @@ pub(super) fn robot(robot: &Robot, index: usize, upstream: &[Robot], place: Plac
     Ok(())
 }
 
-/// Checks the bins of one robot. A single bin that takes everything is called `bin`, as in a file
-/// that only gives its position.
+/// Checks the bins of one robot.
 fn bins(robot: &Robot, key: &dyn Fn(&str) -> String, place: Place) -> Result<()> {
-    let only = robot.has_only_bin();
     if robot.bins.is_empty() || robot.bins.len() > MOST_BINS {
         return Err(Error::input(
             place(&key("bin")),
@@ -92,11 +90,7 @@ fn bins(robot: &Robot, key: &dyn Fn(&str) -> String, place: Place) -> Result<()>
         ));
     }
     for (i, bin) in robot.bins.iter().enumerate() {
-        let of_bin = |field: &str| match (only, field) {
-            (true, "at") => key("bin"),
-            (true, "release_time") => key("release_time"),
-            _ => key(&format!("bin[{i}].{field}")),
-        };
+        let of_bin = |field: &str| key(&format!("bin[{i}].{field}"));
         position(place, &of_bin("at"), bin.at.x)?;
         position(place, &of_bin("at"), bin.at.y)?;
         dwell(place, &of_bin("release_time"), bin.release_time)?;
@@ -334,7 +328,8 @@ pub(super) fn lead(place: Place, robot: &Robot, belt: &Belt) -> Result<()> {
                 let slower = rounded_down((2.0 * path / c).sqrt() / LEAD);
                 cures.push(format!("a belt of {slower} m/s"));
             }
-            cures.push("a bin farther from the belt".to_owned());
+            let nearest = nearest_place(robot, belt);
+            cures.push(format!("a {nearest} farther from the belt"));
             Err(Error::input(
                 place("acceleration"),
                 format!(
@@ -357,8 +352,9 @@ pub(super) fn lead(place: Place, robot: &Robot, belt: &Belt) -> Result<()> {
                 ),
                 format!(
                     "every arm must be faster than the belt at every distance; use a belt of at most \
-                     {limit} m/s, or a lift or a bin farther from the belt that makes the shortest \
-                     path longer"
+                     {limit} m/s, or a lift or a {} farther from the belt that makes the shortest \
+                     path longer",
+                    nearest_place(robot, belt)
                 ),
             ))
         }
@@ -371,6 +367,15 @@ pub(super) fn lead(place: Place, robot: &Robot, belt: &Belt) -> Result<()> {
             ),
             "every arm must be faster than the belt; use a slower belt or a faster arm",
         )),
+    }
+}
+
+/// What the robot's place nearest to the belt is called: `bin` or `rest`.
+fn nearest_place(robot: &Robot, belt: &Belt) -> &'static str {
+    let bins = robot.bins.iter().map(|bin| belt.distance_to(bin.at));
+    match bins.fold(f64::INFINITY, f64::min) > belt.distance_to(robot.rest) {
+        true => "rest",
+        false => "bin",
     }
 }
 

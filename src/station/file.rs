@@ -169,6 +169,8 @@ fn alias_to_line(file: &File, index: usize, line: &Line) {
     file.alias(&format!("{robot}.rest"), "line.rest");
     file.alias(&format!("{robot}.base"), "line");
     file.alias(&format!("{robot}.bin"), "line");
+    file.alias(&format!("{robot}.bin[0].at"), "line");
+    file.alias(&format!("{robot}.bin[0].release_time"), "line.release_time");
     if let LineBins::AtBase(bins) = &line.bins {
         for bin in 0..bins.len() {
             let keys = [("at", "offset")]
@@ -197,6 +199,11 @@ fn read_robots(root: &Section) -> Result<Vec<Robot>> {
         let bins = if robot.has_tables("bin") {
             read_bins(&robot, "at", release_time)?
         } else {
+            let key = |key: &str| format!("{}.{key}", robot.path);
+            robot.file.alias(&key("bin[0].at"), &key("bin"));
+            robot
+                .file
+                .alias(&key("bin[0].release_time"), &key("release_time"));
             vec![Bin::only(robot.point("bin")?, release_time)]
         };
         list.push(Robot {
@@ -218,11 +225,17 @@ fn read_bins(owner: &Section, position: &str, release_time: f64) -> Result<Vec<B
     let read = |(index, bin): (usize, Section)| {
         bin.only(&[&[position][..], &BIN_KEYS[..]].concat())?;
         let name = bin.optional_text("name")?;
+        let own = bin.optional("release_time")?;
+        if own.is_none() {
+            let [of_bin, of_owner] =
+                [&bin.path, &owner.path].map(|path| format!("{path}.release_time"));
+            owner.file.alias(&of_bin, &of_owner);
+        }
         Ok(Bin {
             name: name.unwrap_or_else(|| default_bin_name(index)),
             at: bin.point(position)?,
             classes: bin.optional_texts("classes")?,
-            release_time: bin.optional("release_time")?.unwrap_or(release_time),
+            release_time: own.unwrap_or(release_time),
         })
     };
     let tables = owner.tables("bin")?;

@@ -169,6 +169,7 @@ impl Robot {
     /// its workspace, ends included. The item is in the robot's *extended workspace* (Jermann et al.,
     /// section on the custom environment) exactly while the departure time lies in the window.
     /// `None` if the robot can never reach the item from there.
+    #[inline(always)]
     pub fn departure_window(
         &self,
         belt: &Belt,
@@ -227,12 +228,7 @@ impl Robot {
     /// The shortest path [m] that the arm may have to travel to the belt: its lift up and down, and
     /// from the nearest of its places to the rectangle that the belt covers.
     pub(super) fn shortest_path(&self, belt: &Belt) -> f64 {
-        let to_belt = |place: Point2<f64>| {
-            let dx = place.x - place.x.clamp(0.0, belt.length);
-            let dy = (place.y.abs() - belt.width / 2.0).max(0.0);
-            kinematics::distance(dx, dy)
-        };
-        let places = (0..self.places()).map(|index| to_belt(self.place(index)));
+        let places = (0..self.places()).map(|index| belt.distance_to(self.place(index)));
         places.fold(f64::INFINITY, f64::min) + 2.0 * self.arm.lift
     }
 }

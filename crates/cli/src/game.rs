@@ -5,7 +5,7 @@ use super::flags;
 use super::outputs::{Outputs, WHOLE};
 use super::progress::Bar;
 use super::session::Session;
-use pickline::error::Result;
+use pickline::error::{Result, counted};
 use pickline::optimize::Environment;
 use pickline::optimize::game::{PayoffKind, check_size};
 use pickline::sim::Conditions;
@@ -116,9 +116,9 @@ impl GamePlan {
         self.choice.check_set(study.set().drawn(), &self.station)?;
         let set = study.set().scored();
         self.common.remark(&format!(
-            "solving the game of station {} ({} robots, belt at {} m/s), payoff {}\non {}",
+            "solving the game of station {} ({}, belt at {} m/s), payoff {}\non {}",
             self.choice.station,
-            self.station.robots().len(),
+            counted(self.station.robots().len(), "robot"),
             self.station.belt().speed,
             self.payoff.name(),
             set.description

@@ -8,7 +8,7 @@ use super::progress::Bar;
 use super::save::SaveTarget;
 use super::session::Session;
 use super::settings::parse_strategy;
-use pickline::error::Result;
+use pickline::error::{Result, counted};
 use pickline::optimize::{Environment, Grasp, Objective, Risk, SearchKind, SpeedScan, StopReason};
 use pickline::pattern::PatternSet;
 use pickline::plausible::SPEED_STEP;
@@ -148,10 +148,10 @@ impl OptimizePlan {
         self.choice.check_set(study.set().drawn(), &self.station)?;
         let set = study.set().scored();
         self.common.remark(&format!(
-            "optimizing {} for station {} ({} robots, belt at {} m/s)\non {}",
+            "optimizing {} for station {} ({}, belt at {} m/s)\non {}",
             self.objective.name(),
             self.choice.station,
-            self.station.robots().len(),
+            counted(self.station.robots().len(), "robot"),
             self.station.belt().speed,
             set.description
         ));

@@ -6,7 +6,7 @@ use super::session::{Session, tell};
 use super::settings::load_pattern;
 use super::station_fit;
 use pickline::clearance;
-use pickline::error::{Error, Result, rounded};
+use pickline::error::{Error, Result, counted, rounded};
 use pickline::files;
 use pickline::kinematics;
 use pickline::pattern::{Pattern, poisson_disk, random_stream};
@@ -142,7 +142,7 @@ fn check(file: String, strict: bool, session: &Session) -> Result<()> {
     let warnings = warnings.iter().map(|text| format!("warning   {text}\n"));
     remarks.extend(warnings);
     let text = format!(
-        "{}belt      {} m long, {} m wide, {} m/s\n{}{}{verdict:<10}{} ({} robots, hash {})\n",
+        "{}belt      {} m long, {} m wide, {} m/s\n{}{}{verdict:<10}{} ({}, hash {})\n",
         table.render(),
         rounded(belt.length, 9),
         rounded(belt.width, 9),
@@ -150,7 +150,7 @@ fn check(file: String, strict: bool, session: &Session) -> Result<()> {
         apart,
         remarks.concat(),
         choice.station,
-        station.robots().len(),
+        counted(station.robots().len(), "robot"),
         station_hash(&station)
     );
     session.print(text.as_bytes())

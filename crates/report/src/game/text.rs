@@ -4,6 +4,7 @@ use super::report::{EquilibriumReport, GameReport, RobotRulesReport};
 use crate::columns::TableColumns;
 use crate::presentation::Presentation;
 use crate::table::fixed;
+use pickline::error::counted;
 use pickline::optimize::game::Payoff;
 
 /// Decimals of rates [1/min].
@@ -117,13 +118,13 @@ fn optimum_lines(report: &GameReport) -> String {
         None => "unbounded (an equilibrium picks nothing)".to_owned(),
     };
     format!(
-        "game        {paid}; {} robots, {} assignments, {}\n\
+        "game        {paid}; {}, {} assignments, {}\n\
          equilibria  {} pure, {} of them strict; payoffs are equal when they round to the same \
          {:e} 1/min\n\
          optimum     {} 1/min by {}{more}: {}\n\
          anarchy     price {}: the optimum over the worst equilibrium\n\
          stability   price {}: the optimum over the best equilibrium\n",
-        report.robots.len(),
+        counted(report.robots.len(), "robot"),
         report.profiles.len(),
         match report.patterns {
             1 => "one pattern".to_owned(),
