@@ -3,6 +3,7 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput};
 use pickline::dispatch::{Rule, RuleAssignment, RuleStrategy};
+use pickline::kinematics::{Arm, TravelLaw};
 use pickline::pattern::{Pattern, PatternSource, Recipe, grid, poisson_disk, random_stream};
 use pickline::sim::{AssignmentTree, Cascade, Scene, simulate};
 use pickline::station::{Station, built_in};
@@ -165,6 +166,45 @@ fn ratios() {
     }
 }
 
+/// What a travel-time law costs: passes with an arm that lifts and accelerates, against the arm at
+/// constant speed.
+fn laws() {
+    let constant = station(1);
+    let mut robot = constant.robots()[0].clone();
+    robot.arm = Arm {
+        law: TravelLaw::Trapezoid {
+            speed: robot.arm.law.top_speed().unwrap(),
+            acceleration: 2.0,
+            deceleration: 2.0,
+        },
+        // The bin is at the belt's edge, and an arm must get ahead of the belt.
+        lift: 0.05,
+    };
+    let accelerating = Station::new(*constant.belt(), vec![robot]).unwrap();
+    let pattern = poisson_disk(1.05, 0.15, 150, &mut random_stream(1, 0)).unwrap();
+    for rule in Rule::all() {
+        let pass = |station: &Station| {
+            let scene = Scene::new(station, &pattern).unwrap();
+            let mut cascade = Cascade::new(&scene).unwrap();
+            let mut pass = || cascade.extend(0, black_box(rule)).picked;
+            let spent = time(|| (0..2000).map(|_| pass()).sum());
+            (spent.as_secs_f64(), pass())
+        };
+        let mut picks = (0, 0);
+        let rounds = (0..7).map(|_| {
+            let (slow, fast) = (pass(&accelerating), pass(&constant));
+            picks = (slow.1, fast.1);
+            slow.0 / fast.0
+        });
+        let ratio = median(rounds.collect());
+        println!(
+            "ratio: a pass of {rule} costs {ratio:.2} times as much with a lift and acceleration \
+             ({} picks) as at constant speed ({})",
+            picks.0, picks.1
+        );
+    }
+}
+
 fn main() {
     let mut criterion = Criterion::default()
         .warm_up_time(Duration::from_millis(500))
@@ -177,5 +217,6 @@ fn main() {
     // `cargo test --benches` passes --test: everything has run once then.
     if !std::env::args().any(|argument| argument == "--test") {
         ratios();
+        laws();
     }
 }

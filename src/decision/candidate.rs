@@ -1,7 +1,7 @@
 //! An item from the view of one robot.
 
 use crate::kinematics::{self, Encounter};
-use crate::station::{ClassId, Robot, Station};
+use crate::station::{Belt, ClassId, Robot, Station};
 use nalgebra::Point2;
 
 /// An item that a robot can still reach, with its departure window.
@@ -50,19 +50,67 @@ pub struct Moment<'a> {
     pub belt_length: f64,
     /// Time of the decision [s].
     pub time: f64,
+    /// The way out and back, if it is the same line at constant speed for all candidates.
+    shuttle: Option<Shuttle>,
+}
+
+/// An arm at constant speed that leaves its only bin and returns there. A copy of its figures, because
+/// rules compute them for every candidate.
+#[derive(Debug, Clone, Copy)]
+struct Shuttle {
+    /// Speed of the arm [m/s].
+    speed: f64,
+    /// Duration of a grasp [s].
+    grasp_time: f64,
+    /// Duration of a release [s].
+    release_time: f64,
+}
+
+impl Shuttle {
+    /// That of a robot whose arm is at `from` [m].
+    #[inline]
+    fn of(robot: &Robot, from: Point2<f64>) -> Option<Self> {
+        let [bin] = &robot.bins[..] else {
+            return None;
+        };
+        let speed = robot.arm.constant_speed().filter(|_| bin.at == from)?;
+        Some(Self {
+            speed,
+            grasp_time: robot.grasp_time,
+            release_time: bin.release_time,
+        })
+    }
 }
 
 impl<'a> Moment<'a> {
     /// Robot `index` of `station`, whose arm is at its place `place` ([`Robot::place`]) and which
     /// decides at `time` [s].
     pub fn new(station: &'a Station, index: usize, place: usize, time: f64) -> Self {
-        let (robot, belt) = (&station.robots()[index], station.belt());
+        Self::at(&station.robots()[index], station.belt(), place, time)
+    }
+
+    /// A robot at this belt, whose arm is at its place `place` ([`Robot::place`]) and which decides at
+    /// `time` [s].
+    #[inline]
+    pub fn at(robot: &'a Robot, belt: &Belt, place: usize, time: f64) -> Self {
+        let from = robot.place(place);
         Self {
             robot,
-            from: robot.place(place),
+            from,
             belt_speed: belt.speed,
             belt_length: belt.length,
             time,
+            shuttle: Shuttle::of(robot, from),
+        }
+    }
+
+    /// The same with the arm at another place ([`Robot::place`]).
+    pub(crate) fn with_place(self, place: usize) -> Self {
+        let from = self.robot.place(place);
+        Self {
+            from,
+            shuttle: Shuttle::of(self.robot, from),
+            ..self
         }
     }
 
@@ -76,6 +124,10 @@ impl<'a> Moment<'a> {
     #[inline(always)]
     pub fn travel_time(&self, candidate: &Candidate) -> f64 {
         let x = self.x(candidate);
+        if let Some(shuttle) = &self.shuttle {
+            let (dx, dy) = (x - self.from.x, candidate.y - self.from.y);
+            return kinematics::travel_time(dx, dy, self.belt_speed, shuttle.speed);
+        }
         self.robot.arm.travel_time(&Encounter {
             dx: x - self.from.x,
             dy: candidate.y - self.from.y,
@@ -94,6 +146,10 @@ impl<'a> Moment<'a> {
     /// Like [`Moment::processing_time`], with the time `travel` [s] to the meeting point known.
     #[inline(always)]
     pub fn pick_time(&self, candidate: &Candidate, travel: f64) -> f64 {
+        if let Some(shuttle) = &self.shuttle {
+            let (grasp, release) = (shuttle.grasp_time, shuttle.release_time);
+            return kinematics::processing_time(travel, grasp, release);
+        }
         let robot = self.robot;
         let bin = &robot.bins[usize::from(candidate.bin)];
         if robot.arm.constant_speed().is_some() && bin.at == self.from {
@@ -119,7 +175,6 @@ impl<'a> Moment<'a> {
 mod tests {
     use super::*;
     use crate::kinematics::Arm;
-    use crate::station::{Belt, Robot};
     use nalgebra::Point2;
 
     fn candidate(item: u32, x0: f64) -> Candidate {

@@ -1,6 +1,6 @@
 //! An arm: its travel-time law and its lift, and where it meets an item that moves.
 
-use super::law::TravelLaw;
+use super::law::{TravelLaw, trapezoid_time};
 use super::{distance, travel_time};
 
 /// Steps after which the search for a meeting point ends. Newton's method takes three to five; a
@@ -108,9 +108,11 @@ impl Arm {
             TravelLaw::Constant { speed } => self.cruise(item, *speed, 0.0),
             TravelLaw::Trapezoid { speed, .. } => {
                 let c = self.law.ramp();
-                let tau = self.cruise(item, *speed, speed * c / 2.0);
-                if tau >= speed * c && tau >= low && tau <= high {
-                    return tau;
+                if !self.is_met_in_ramps(item, (*speed, c)) {
+                    let tau = self.cruise(item, *speed, speed * c / 2.0);
+                    if tau >= speed * c && tau >= low && tau <= high {
+                        return tau;
+                    }
                 }
                 self.ramp(item, (*speed, c), (low, high))
             }
@@ -124,6 +126,15 @@ impl Arm {
         let a = 2.0 * self.lift / speed + offset;
         let v = item.belt_speed;
         a + travel_time(item.dx + v * a, item.dy, v, speed)
+    }
+
+    /// Whether a trapezoidal profile meets the item before it reaches its top speed: when it would, the
+    /// path that the arm has covered reaches the item. Without a square root.
+    #[inline]
+    fn is_met_in_ramps(&self, item: &Encounter, (speed, c): (f64, f64)) -> bool {
+        let covered = speed * speed * c / 2.0 - 2.0 * self.lift;
+        let along = item.dx + item.belt_speed * speed * c;
+        covered > 0.0 && along * along + item.dy * item.dy < covered * covered
     }
 
     /// The root of a trapezoidal profile in its ramps. Instead of `T(l) = tau` it solves
@@ -143,8 +154,8 @@ impl Arm {
             let approach = if way > 0.0 { v * along / way } else { v };
             (reached - length, slope - approach, length)
         };
-        let start = self.time(distance(item.dx, item.dy));
-        newton(excess, start, (low, high))
+        let length = distance(item.dx, item.dy) + 2.0 * self.lift;
+        newton(excess, trapezoid_time(length, speed, c), (low, high))
     }
 
     /// The root of any law.

@@ -32,14 +32,7 @@ impl TravelLaw {
     pub fn time(&self, length: f64) -> f64 {
         match self {
             Self::Constant { speed } => length / speed,
-            Self::Trapezoid { speed, .. } => {
-                let c = self.ramp();
-                if length <= speed * speed * c / 2.0 {
-                    (2.0 * length * c).sqrt()
-                } else {
-                    length / speed + speed * c / 2.0
-                }
-            }
+            Self::Trapezoid { speed, .. } => trapezoid_time(length, *speed, self.ramp()),
             Self::Table(points) => {
                 let segment = segment_at(points, length);
                 segment.start.1 + (length - segment.start.0) * segment.slope
@@ -99,6 +92,16 @@ impl TravelLaw {
                 .map(|(_, pair)| (pair[1].1 - pair[0].1) / (pair[1].0 - pair[0].0))
                 .fold(0.0, f64::max),
         }
+    }
+}
+
+/// Time [s] for a path of this length [m] with the top speed u [m/s] and `c = 1/a + 1/b` [s^2/m].
+#[inline(always)]
+pub(super) fn trapezoid_time(length: f64, speed: f64, c: f64) -> f64 {
+    if length <= speed * speed * c / 2.0 {
+        (2.0 * length * c).sqrt()
+    } else {
+        length / speed + speed * c / 2.0
     }
 }
 

@@ -32,8 +32,7 @@ pub(super) struct RobotTiming {
     /// Position along the belt of the only place, speed and dwell times, of a robot that is
     /// [plain](Robot::is_plain).
     plain: Option<PlainTiming>,
-    belt_speed: f64,
-    belt_length: f64,
+    belt: Belt,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -52,8 +51,7 @@ impl RobotTiming {
         Self {
             robot: robot.clone(),
             place: 0,
-            belt_speed: belt.speed,
-            belt_length: belt.length,
+            belt: *belt,
             places: robot.places(),
             plain: speed.map(|speed| PlainTiming {
                 bin_x: bin.at.x,
@@ -65,10 +63,9 @@ impl RobotTiming {
         }
     }
 
-    /// The belt has this speed and length from now on.
+    /// The belt is this one from now on.
     pub(super) fn put_on(&mut self, belt: &Belt) {
-        self.belt_speed = belt.speed;
-        self.belt_length = belt.length;
+        self.belt = *belt;
     }
 
     /// When the robot is free again if it leaves `from` for the item at `start` [s].
@@ -77,20 +74,14 @@ impl RobotTiming {
         let Some(plain) = &self.plain else {
             return self.general_finish(from, reach, start);
         };
-        let dx = reach.x0 + self.belt_speed * start - plain.bin_x;
+        let dx = reach.x0 + self.belt.speed * start - plain.bin_x;
         let dy = reach.y - plain.bin_y;
-        let travel = kinematics::travel_time(dx, dy, self.belt_speed, plain.speed);
+        let travel = kinematics::travel_time(dx, dy, self.belt.speed, plain.speed);
         start + kinematics::processing_time(travel, plain.grasp, plain.release)
     }
 
     fn general_finish(&self, from: u16, reach: &ItemReach, start: f64) -> f64 {
-        let moment = Moment {
-            robot: &self.robot,
-            from: self.robot.place(usize::from(from)),
-            belt_speed: self.belt_speed,
-            belt_length: self.belt_length,
-            time: start,
-        };
+        let moment = Moment::at(&self.robot, &self.belt, usize::from(from), start);
         start + moment.processing_time(&reach.candidate())
     }
 
@@ -101,8 +92,8 @@ impl RobotTiming {
         };
         // The travel time of [`kinematics::travel_time`] is shortest where its derivative along the
         // belt is zero, `dx = -|dy| v / u`, and increases on both sides.
-        let dx = -(reach.y - plain.bin_y).abs() * self.belt_speed / plain.speed;
-        let at = (dx + plain.bin_x - reach.x0) / self.belt_speed;
+        let dx = -(reach.y - plain.bin_y).abs() * self.belt.speed / plain.speed;
+        let at = (dx + plain.bin_x - reach.x0) / self.belt.speed;
         let at = at.clamp(reach.open, reach.close);
         self.finish(0, reach, at) - at
     }
@@ -112,7 +103,7 @@ impl RobotTiming {
     fn general_shortest(&self, reach: &ItemReach) -> f64 {
         let robot = &self.robot;
         let bin = &robot.bins[usize::from(reach.bin)];
-        let (base, length) = (robot.base, self.belt_length);
+        let (base, length) = (robot.base, self.belt.length);
         let range = kinematics::meeting_range(base.x, base.y, robot.reach, reach.y, length);
         let Some((first, last)) = range else {
             return f64::INFINITY;
@@ -148,9 +139,9 @@ impl RobotTiming {
         // Backwards in time the belt moves the other way, so the way back has the meeting point's
         // closed form with -v.
         let lifted = deadline - plain.grasp - plain.release;
-        let dx = reach.x0 + self.belt_speed * lifted - plain.bin_x;
+        let dx = reach.x0 + self.belt.speed * lifted - plain.bin_x;
         let dy = reach.y - plain.bin_y;
-        let travel = kinematics::travel_time(dx, dy, -self.belt_speed, plain.speed);
+        let travel = kinematics::travel_time(dx, dy, -self.belt.speed, plain.speed);
         lifted - 2.0 * travel
     }
 

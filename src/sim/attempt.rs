@@ -5,6 +5,7 @@ use crate::decision::{Candidate, Failure, FailureCause, Moment, Pick};
 use nalgebra::Point2;
 
 /// The pick of `candidate` by a robot that leaves at the moment `at`.
+#[inline]
 pub(super) fn make_pick(at: &Moment, robot: usize, candidate: &Candidate) -> Pick {
     let travel = at.travel_time(candidate);
     Pick {

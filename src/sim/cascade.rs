@@ -137,7 +137,7 @@ impl<'a> Cascade<'a> {
             self.queue.free = pick.release;
             if items.windows.is_some() {
                 self.queue.place = usize::from(candidate.bin);
-                at.from = at.robot.place(self.queue.place);
+                at = at.with_place(self.queue.place);
             }
             on_pick(pick);
         }

@@ -166,13 +166,7 @@ impl Claim {
             open,
             close,
         };
-        let moment = Moment {
-            robot,
-            from: robot.place(usize::from(self.from)),
-            belt_speed: belt.speed,
-            belt_length: belt.length,
-            time: now.max(open),
-        };
+        let moment = Moment::at(robot, belt, usize::from(self.from), now.max(open));
         let fresh = Self::new(self.task, (self.robot, self.from), &moment, &candidate);
         let possible = now <= close && open <= latest;
         if possible {
