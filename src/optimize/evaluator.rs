@@ -72,7 +72,8 @@ impl<'a> Evaluator<'a> {
     /// assignment.
     ///
     /// # Errors
-    /// No pattern, one that does not fit on the belt, or invalid conditions.
+    /// No pattern, one that does not fit on the belt, invalid conditions, or no item that is to be
+    /// picked.
     pub fn new(
         station: &'a Station,
         patterns: &'a [Pattern],
@@ -90,7 +91,16 @@ impl<'a> Evaluator<'a> {
             .par_iter()
             .enumerate()
             .map(|(place, pattern)| Scene::under(station, pattern, conditions.of_place(place)))
-            .collect::<Result<_>>()?;
+            .collect::<Result<Vec<_>>>()?;
+        if scenes.iter().all(|scene| scene.offered() == 0) {
+            return Err(Error::usage(
+                "'patterns'",
+                "no item is to be picked: robots have no bin for any of them, or all are unwanted \
+                 or too uncertain",
+                "give the items classes that robots have bins for, by 'classes' (such as \
+                 pet:0.4,hdpe:0.6) where patterns are generated or by the column class of a file",
+            ));
+        }
         let mut order: Vec<usize> = (0..patterns.len()).collect();
         order.shuffle(&mut random_stream(0, 0));
         Ok(Self {

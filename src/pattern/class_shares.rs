@@ -3,8 +3,10 @@
 use super::item::Pattern;
 use crate::error::{Error, Result, shown, shown_number};
 use crate::names::check_class_name;
+use crate::station::Station;
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
+use std::collections::BTreeSet;
 use std::fmt;
 use std::str::FromStr;
 
@@ -36,6 +38,12 @@ impl FromStr for ClassShares {
             let Some((name, share)) = part.trim().rsplit_once(':') else {
                 return Err(wrong(format!("`{}` has no share", shown(part.trim()))));
             };
+            if is_several(name) {
+                return Err(wrong(format!(
+                    "`{}` reads like several classes, which commas separate",
+                    shown(part.trim())
+                )));
+            }
             check_class_name(name).map_err(|bad| wrong(bad.problem))?;
             let number = share.trim().parse().ok();
             let Some(number) = number.filter(|n: &f64| *n > 0.0 && *n <= 1.0 + ROUNDING) else {
@@ -56,6 +64,18 @@ impl FromStr for ClassShares {
         }
         Ok(Self { shares })
     }
+}
+
+/// Whether a name holds a class with its share and then more: other separators than commas.
+fn is_several(name: &str) -> bool {
+    let separates = |c: char| !(c.is_alphanumeric() || ":._-".contains(c));
+    let has_share = |part: &str| {
+        let share = part.rsplit_once(':').map(|(_, share)| share.parse());
+        matches!(share, Some(Ok::<f64, _>(_)))
+    };
+    let mut parts = name.split(separates);
+    parts.next_back();
+    parts.any(has_share)
 }
 
 impl fmt::Display for ClassShares {
@@ -82,6 +102,22 @@ impl ClassShares {
             *share /= sum;
         }
         (sum > 0.0).then_some(Self { shares })
+    }
+
+    /// The same share of every class that a robot of `station` has a bin for and that is not unwanted,
+    /// and of items without a class if there is a bin for them. `None` if bins name no class.
+    pub(crate) fn even(station: &Station) -> Option<Self> {
+        let bins = || station.robots().iter().flat_map(|robot| &robot.bins);
+        let named = bins().filter_map(|bin| bin.classes.as_ref()).flatten();
+        let is_wanted = |class: &&String| station.class(class).is_none_or(|class| class.wanted);
+        let classes: BTreeSet<&String> = named.filter(is_wanted).collect();
+        let kinds = classes.len() + usize::from(bins().any(|bin| bin.classes.is_none()));
+        let share = 1.0 / kinds as f64;
+        let shares: Vec<_> = classes
+            .into_iter()
+            .map(|name| (name.clone(), share))
+            .collect();
+        (!shares.is_empty()).then_some(Self { shares })
     }
 
     /// The pattern with a class drawn for every item, in index order.

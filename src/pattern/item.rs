@@ -84,6 +84,7 @@ impl Item {
     }
 
     /// The weight on `station`: the explicit weight, or the reward times the value of the class.
+    #[inline]
     pub fn weight_on(&self, station: &Station) -> f64 {
         match self.weight {
             Some(weight) => weight,

@@ -52,7 +52,7 @@ pub use patterns::{ScoredPatterns, ScoredSet};
 pub use robots_down::{
     HaltedLine, RobotsDownOptions, RobotsDownSettings, RobotsDownStudy, robots_down,
 };
-pub use robust::RobustTraining;
+pub use robust::{RobustTraining, training_patterns};
 pub use simulate::{SimulateOptions, SimulateStudy, SimulatedRun, simulate_and_check};
 pub use sweep::{SweepStudy, Swept, sweep};
 pub use sweep_options::{DEFAULT_GRID, SweepOptions, SweepSettings};

@@ -10,7 +10,9 @@ use crate::optimize::{
     Environment, Evaluator, Grasp, Limits, MostRuns, Objective, Optimum, Ranked, Search, SpeedScan,
     find_optimum,
 };
-use crate::pattern::{Pattern, PatternSet, PatternSource, Recipe, TrainingSet};
+use crate::pattern::{
+    Attributes, ClassShares, Pattern, PatternSet, PatternSource, Recipe, TrainingSet,
+};
 use crate::planning::Allowance;
 use crate::sim::Conditions;
 use crate::station::Station;
@@ -68,26 +70,26 @@ impl Default for RobustTraining {
     }
 }
 
-impl RobustTraining {
-    /// A search on the patterns of `source`, with `items` items in each or 150, drawn for
-    /// `station` from `seed`.
-    ///
-    /// # Errors
-    /// A set that cannot be generated or read, or that does not fit on the belt.
-    pub fn on(
-        source: &PatternSource,
-        items: Option<usize>,
-        station: &Station,
-        seed: u64,
-    ) -> Result<Self> {
-        let set = source.build(&recipe(station, items.unwrap_or(ITEMS), seed))?;
-        for (label, pattern) in set.labels.iter().zip(&set.patterns) {
-            let on_belt = pattern.check_on(station);
-            on_belt.map_err(|error| error.inside(&format!("'training': {label}")))?;
-        }
-        Ok(Self::On(set))
+/// The patterns of `source` for training, with `items` items in each or 150, drawn for `station`
+/// from `seed`.
+///
+/// # Errors
+/// A set that cannot be generated or read, or that does not fit on the belt.
+pub fn training_patterns(
+    source: &PatternSource,
+    items: Option<usize>,
+    station: &Station,
+    seed: u64,
+) -> Result<PatternSet> {
+    let set = source.build(&recipe(station, items.unwrap_or(ITEMS), seed))?;
+    for (label, pattern) in set.labels.iter().zip(&set.patterns) {
+        let on_belt = pattern.check_on(station);
+        on_belt.map_err(|error| error.inside(&format!("'training': {label}")))?;
     }
+    Ok(set)
+}
 
+impl RobustTraining {
     /// Checks that there are patterns to train on, and that an assignment that was given is for
     /// this number of robots.
     ///
@@ -276,20 +278,20 @@ impl<'a> LineSearch<'a> {
         Ok(self.with_repeated_runs(set))
     }
 
-    /// Patterns on which the threshold of detections is chosen: those of `training` if it names
-    /// them, otherwise patterns like those of `source`.
+    /// Patterns on which the threshold of detections is chosen: those that are named, otherwise
+    /// patterns like those of `source`.
     ///
     /// # Errors
     /// As for [`LineSearch::like`].
     pub(super) fn for_thresholds(
         &self,
-        training: &RobustTraining,
+        named: Option<&PatternSet>,
         source: &PatternSource,
         scored: &Recipe,
     ) -> Result<PatternSet> {
-        let set = match training {
-            RobustTraining::On(set) => set.clone(),
-            _ => self.like(source, None, scored)?.set,
+        let set = match named {
+            Some(set) => set.clone(),
+            None => self.like(source, None, scored)?.set,
         };
         let chance = &self.conditions.disturbances;
         let draws = |pattern: &Pattern| chance.draws_detections(pattern.items());
@@ -347,7 +349,10 @@ impl<'a> LineSearch<'a> {
             if let Some(found) = known.get() {
                 return Ok(found.clone());
             }
-            let few = PatternSource::Balanced(FEW_PATTERNS).build(&self.recipe(ITEMS))?;
+            // Without their classes, no robot may have a bin for the items.
+            let kinds = Attributes::default().with_classes(ClassShares::even(self.station));
+            let recipe = self.recipe(ITEMS).with_attributes(kinds);
+            let few = PatternSource::Balanced(FEW_PATTERNS).build(&recipe)?;
             let scan = (robots <= LONG).then(SpeedScan::default);
             // Failures need not be modelled here: the plan reacts to them when it runs.
             let plain = self.plain();

@@ -207,8 +207,8 @@ impl<'a> SweepStudy<'a> {
         };
         let line = self.search(self.station, &environment);
         let line = line.under(&self.conditions);
-        let training = &self.options.own.methods.training;
-        let set = line.for_thresholds(training, &self.source, &self.recipe)?;
+        let named = self.options.threshold_patterns();
+        let set = line.for_thresholds(named, &self.source, &self.recipe)?;
         let conditions = line.conditions();
         let trained = sweep_settings(settings, &set.patterns, conditions, false, &environment);
         let is_whole = |sweep: &Sweep| sweep.values.len() == sweep.planned;
@@ -322,21 +322,22 @@ fn check_robots(options: &SweepOptions, line: &LineAt) -> Result<()> {
 /// The scored patterns are recorded and no others are named, or those that are named are among them
 /// or have no `p_detection`.
 fn check_training(options: &SweepOptions, generated: bool, scored: &PatternSet) -> Result<()> {
-    match &options.own.methods.training {
-        _ if options.own.purity.is_none() => return Ok(()),
-        RobustTraining::On(set) => {
-            let mut labelled = set.labels.iter().zip(&set.patterns);
-            return match labelled.find(|(_, pattern)| scored.patterns.contains(pattern)) {
-                None => check_detections(set),
-                Some((label, _)) => Err(Error::usage(
-                    format!("'training': {}", shown(label)),
-                    "is one of the patterns that are swept, which would not be fresh",
-                    "name other patterns",
-                )),
-            };
-        }
-        _ if generated => return Ok(()),
-        _ => {}
+    if options.own.purity.is_none() {
+        return Ok(());
+    }
+    if let Some(set) = options.threshold_patterns() {
+        let mut labelled = set.labels.iter().zip(&set.patterns);
+        return match labelled.find(|(_, pattern)| scored.patterns.contains(pattern)) {
+            None => check_detections(set),
+            Some((label, _)) => Err(Error::usage(
+                format!("'training': {}", shown(label)),
+                "is one of the patterns that are swept, which would not be fresh",
+                "name other patterns",
+            )),
+        };
+    }
+    if generated {
+        return Ok(());
     }
     Err(Error::usage(
         "'purity'",

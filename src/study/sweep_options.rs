@@ -2,10 +2,11 @@
 
 use super::options::{MethodSettings, StudyOptions};
 use super::patterns::ScoredPatterns;
+use super::robust::RobustTraining;
 use super::values::ValueOptions;
 use crate::error::{Error, Result, shown_number};
 use crate::experiment::Axis;
-use crate::pattern::PatternSource;
+use crate::pattern::{PatternSet, PatternSource};
 use crate::sim::Conditions;
 use crate::station::Station;
 use std::sync::Arc;
@@ -24,6 +25,7 @@ pub struct SweepSettings {
     pub(super) values: ValueOptions,
     pub(super) patterns: ScoredPatterns,
     pub(super) purity: Option<f64>,
+    pub(super) threshold_patterns: Option<PatternSet>,
 }
 
 impl Default for SweepSettings {
@@ -33,6 +35,7 @@ impl Default for SweepSettings {
             values: ValueOptions::default(),
             patterns: PatternSource::Grid(DEFAULT_GRID.0).into(),
             purity: None,
+            threshold_patterns: None,
         }
     }
 }
@@ -97,6 +100,22 @@ impl SweepOptions {
     pub fn with_purity(mut self, purity: f64) -> Self {
         self.own.purity = Some(purity);
         self
+    }
+
+    /// With that threshold chosen on these patterns, instead of on those of robust GT (game theory)
+    /// or on patterns like those that are scored.
+    #[must_use]
+    pub fn with_threshold_patterns(mut self, patterns: PatternSet) -> Self {
+        self.own.threshold_patterns = Some(patterns);
+        self
+    }
+
+    /// The patterns that are named to choose the threshold of detections on.
+    pub(super) fn threshold_patterns(&self) -> Option<&PatternSet> {
+        match (&self.own.threshold_patterns, &self.own.methods.training) {
+            (Some(set), _) | (None, RobustTraining::On(set)) => Some(set),
+            _ => None,
+        }
     }
 
     /// The conditions, in which detections may be wrong if their threshold is varied.

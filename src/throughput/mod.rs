@@ -49,6 +49,8 @@ pub struct Unsteady {
 /// Why a run has no steady state. Displays as a sentence with the cure.
 #[derive(Debug, Clone, PartialEq)]
 pub enum UnsteadyReason {
+    /// No item is to be picked.
+    Empty,
     /// The whole pattern belongs to run-in and run-out: its items arrive within `lasts` [s], too
     /// short compared with the longest departure window of `window` [s].
     Short {
@@ -76,6 +78,9 @@ const MSER_BATCH: usize = 5;
 impl fmt::Display for UnsteadyReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Empty => f.write_str(
+                "no item is to be picked; give the items classes that robots have bins for",
+            ),
             Self::Short {
                 lasts,
                 window,
@@ -118,6 +123,9 @@ pub fn steady_state(scene: &Scene, outcome: &Outcome) -> Result<SteadyState, Uns
             reason,
         })
     };
+    if scene.offered() == 0 {
+        return unsteady(UnsteadyReason::Empty);
+    }
     let window = longest_window(scene);
     let groups = arrivals.starts.len();
     let (first, last) = match groups {

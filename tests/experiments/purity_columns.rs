@@ -228,11 +228,10 @@ fn assert_purity_rows(
 fn a_sweep_of_the_threshold_is_that_of_its_runs() {
     let line = Recorded::new();
     let values = [0.0, 0.4, 0.6, 0.8];
-    let table = line.call(
-        "sweep -q --seed 3 --station DIR/line.toml --sweep min-detection --from 0 --to 0.8 --step \
-         0.2 --patterns DIR/judged --train-patterns DIR/training --purity 0.6 --strategy SPT,FIFO \
-         --strategy rules:LPT,PP --no-bound --out DIR/out",
-    );
+    let call = "sweep -q --seed 3 --station DIR/line.toml --sweep min-detection --from 0 --to 0.8 \
+                --step 0.2 --patterns DIR/judged --train-patterns DIR/training --purity 0.6 \
+                --strategy SPT,FIFO --strategy rules:LPT,PP --no-bound";
+    let table = line.call(&format!("{call} --out DIR/out"));
     let report: Value = serde_json::from_str(&line.read("out/sweep.json")).unwrap();
     // Two recorded patterns, with a hundred draws of what their items are.
     assert_eq!(report["patterns"], 100);
@@ -262,6 +261,13 @@ fn a_sweep_of_the_threshold_is_that_of_its_runs() {
         }
     }
     check_thresholds(&line, &report, &table);
+    // Next to rules that are given, the training set is for the threshold.
+    line.call(&format!("{call} --robust SPT,FIFO --out DIR/given"));
+    let given: Value = serde_json::from_str(&line.read("given/sweep.json")).unwrap();
+    for place in [1, 2] {
+        let of = |report: &Value| report["thresholds"]["methods"][place].clone();
+        assert_eq!(of(&given), of(&report));
+    }
 }
 
 /// The thresholds are those of the highest recovery on the training patterns, and what they are

@@ -5,7 +5,7 @@ use pickline::experiment::{Axis, load_cases};
 use pickline::optimize::{Environment, Risk};
 use pickline::sim::Conditions;
 use pickline::station::{Station, built_in};
-use pickline::study::{self, CompareOptions, OptimizeOptions, SweepOptions};
+use pickline::study::{self, CompareOptions, GameOptions, OptimizeOptions, SweepOptions};
 
 fn station() -> Station {
     built_in("paper").unwrap().station(Some(2)).unwrap()
@@ -47,4 +47,18 @@ fn a_comparison_has_cases_and_conditions_that_hold() {
     let options = CompareOptions::default().with_conditions(conditions);
     let refused = compare(&load_cases("paper").unwrap(), &options);
     assert_eq!(refused.place(), Some("'update_hz'"));
+}
+
+/// Without classes, no robot of `sorting` has a bin for the items.
+#[test]
+fn patterns_of_which_nothing_is_to_be_picked_have_no_best_rules() {
+    let sorting = built_in("sorting").unwrap().station(None).unwrap();
+    let quiet = &Environment::QUIET;
+    let optimized = study::optimize(&sorting, &OptimizeOptions::default(), quiet);
+    let played = study::game(&sorting, &GameOptions::default(), quiet);
+    for refused in [optimized.unwrap_err(), played.unwrap_err()] {
+        assert_eq!(refused.kind(), ErrorKind::Usage);
+        assert_eq!(refused.place(), Some("'patterns'"));
+        assert!(refused.to_string().contains("no item is to be picked"));
+    }
 }

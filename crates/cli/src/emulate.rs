@@ -6,6 +6,7 @@ use super::remarks::Remarks;
 use super::session::Session;
 use super::settings::load_pattern;
 use pickline::error::{Error, Result, shown};
+use pickline::sim::Scene;
 use pickline_live::ClockKind;
 use pickline_live::emulator::{Emulator, InjectedFaults};
 use pickline_live::layout;
@@ -26,8 +27,8 @@ pub(crate) fn run(args: EmulateArgs, session: &Session) -> Result<()> {
 /// A resolved call.
 struct EmulatePlan {
     emulator: Emulator,
-    /// Number of items in the pattern.
-    items: usize,
+    /// Number of items in the pattern, and how many of them are to be picked.
+    items: (usize, usize),
     connections: Connections,
     clock: ClockKind,
     remarks: Remarks,
@@ -53,7 +54,7 @@ impl EmulateArgs {
         self.station
             .check_pattern(named, &pattern, Some(&station))?;
         let faults = self.trouble.resolve()?;
-        let items = pattern.len();
+        let items = (pattern.len(), Scene::new(&station, &pattern)?.offered());
         transport
             .access
             .check(Side::Station, transport.addresses())?;
@@ -99,8 +100,9 @@ impl EmulatePlan {
         };
         play.run(&stop_flag())?;
         self.remarks.log().sum_up();
-        self.remarks.remark(&play.summary(self.items));
-        play.close(self.items)
+        let (items, wanted) = self.items;
+        self.remarks.remark(&play.summary(wanted));
+        play.close(items)
     }
 }
 
@@ -360,9 +362,10 @@ impl EmulatorLoop<'_> {
         Ok(())
     }
 
-    fn summary(&self, items: usize) -> String {
+    /// What came of it; `wanted` items of the pattern are to be picked.
+    fn summary(&self, wanted: usize) -> String {
         let bins = self.emulator.picked().len();
-        let mut text = format!("{bins} of {items} items in the bins");
+        let mut text = format!("{bins} of {wanted} items in the bins");
         let stranded = self.emulator.stranded();
         if stranded > 0 {
             text += &format!(", {stranded} in the grippers of robots that broke down");
@@ -371,7 +374,7 @@ impl EmulatorLoop<'_> {
             text += &format!(
                 "; the node reports {} of {} picked, {} missed{}",
                 status.picked,
-                status.seen,
+                status.wanted(),
                 status.missed.total(),
                 status.unwanted_words()
             );

@@ -1,9 +1,11 @@
 //! Progress on stderr: a bar with the rate and the remaining time.
 
+use super::session::tell;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use pickline::error::grouped;
 use pickline::optimize::Progress;
 use std::fmt::Write;
+use std::io::{self, IsTerminal};
 use std::sync::Mutex;
 use std::time::Duration;
 
@@ -11,6 +13,8 @@ use std::time::Duration;
 pub(crate) struct Bar {
     shown: Mutex<Shown>,
     quiet: bool,
+    /// What is said when work begins and no bar can be drawn.
+    otherwise: &'static str,
 }
 
 struct Shown {
@@ -25,7 +29,14 @@ impl Bar {
         Self {
             shown: Mutex::new(Shown::new(ProgressBar::hidden())),
             quiet,
+            otherwise: "",
         }
+    }
+
+    /// The same that says what begins where stderr is no terminal: for work that its user does not
+    /// expect.
+    pub(crate) fn or_say(self, otherwise: &'static str) -> Self {
+        Self { otherwise, ..self }
     }
 
     fn with(&self, action: impl FnOnce(&mut Shown)) {
@@ -58,6 +69,9 @@ impl Progress for Bar {
     fn begin(&self, stage: &str, total: u64, unit: &str) {
         if self.quiet {
             return;
+        }
+        if !self.otherwise.is_empty() && !io::stderr().is_terminal() {
+            tell(self.otherwise);
         }
         let bar = ProgressBar::new(total);
         bar.set_draw_target(ProgressDrawTarget::stderr());

@@ -10,14 +10,15 @@ use pickline::error::{Error, Result, shown, shown_number};
 use pickline::files;
 use pickline::optimize::{Limits, MostRuns};
 use pickline::pattern::{
-    self, Attributes, ClassShares, Distribution, Feed, FeedShape, Pattern, PatternSource, grid,
+    self, Attributes, ClassShares, Distribution, Feed, FeedShape, Pattern, PatternSet,
+    PatternSource, grid,
 };
 use pickline::planning::Budget;
 use pickline::plausible::{CLUSTER_SPREAD, FLOW, GAP_LENGTH};
 use pickline::sim::{Conditions, Disturbances};
 use pickline::station::{self, Overrides, Station};
 use pickline::strategies::{self, StrategySpec};
-use pickline::study::{DEFAULT_GRID, RobustTraining, ScoredPatterns};
+use pickline::study::{DEFAULT_GRID, RobustTraining, ScoredPatterns, training_patterns};
 use std::io::Read as _;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -205,7 +206,7 @@ impl TrainingArgs {
     /// paper's set, if `paper`, or on patterns like those scored.
     ///
     /// # Errors
-    /// Rules or a set that cannot be read, or that do not fit the station.
+    /// Rules or a set that cannot be read or that do not fit the station, or a set next to rules.
     pub(crate) fn resolve(
         &self,
         station: &Station,
@@ -213,15 +214,52 @@ impl TrainingArgs {
         paper: bool,
     ) -> Result<RobustTraining> {
         let items = self.train_items;
-        if let Some(text) = &self.robust {
-            let rules = text.parse().map_err(|e: Error| e.at("--robust"))?;
-            return Ok(RobustTraining::Given(rules));
+        if let Some(given) = self.given()? {
+            self.check_unused()?;
+            return Ok(given);
         }
+        Ok(match self.patterns(station, seed)? {
+            Some(set) => RobustTraining::On(set),
+            None if paper => RobustTraining::Paper { items },
+            None => RobustTraining::LikeScored { items },
+        })
+    }
+
+    /// The rules of `--robust`.
+    ///
+    /// # Errors
+    /// Rules that cannot be read.
+    pub(crate) fn given(&self) -> Result<Option<RobustTraining>> {
+        let Some(text) = &self.robust else {
+            return Ok(None);
+        };
+        let rules = text.parse().map_err(|e: Error| e.at("--robust"))?;
+        Ok(Some(RobustTraining::Given(rules)))
+    }
+
+    /// Refuses a training set next to rules that are given.
+    fn check_unused(&self) -> Result<()> {
+        let flags = [
+            (TRAINING_FLAG, self.train_patterns.is_some()),
+            ("--train-items", self.train_items.is_some()),
+        ];
+        match flags.into_iter().find(|(_, is_given)| *is_given) {
+            None => Ok(()),
+            Some((flag, _)) => Err(Error::usage(
+                flag,
+                "has no use with --robust: nothing is trained",
+                "leave one of the two out",
+            )),
+        }
+    }
+
+    /// The training set, if one is named.
+    ///
+    /// # Errors
+    /// A set that cannot be read, or that does not fit the station.
+    pub(crate) fn patterns(&self, station: &Station, seed: u64) -> Result<Option<PatternSet>> {
         let Some(text) = &self.train_patterns else {
-            return Ok(match paper {
-                true => RobustTraining::Paper { items },
-                false => RobustTraining::LikeScored { items },
-            });
+            return Ok(None);
         };
         let source = text.parse::<PatternSource>();
         let source = source.map_err(|e| e.at(TRAINING_FLAG))?;
@@ -236,7 +274,7 @@ impl TrainingArgs {
                 format!("include it in the set, for example {TRAINING_FLAG} random:60/min:5"),
             ));
         }
-        RobustTraining::on(&source, items, station, seed)
+        training_patterns(&source, self.train_items, station, seed).map(Some)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::args::{Common, SimulateArgs, StationChoice};
 use super::flags;
+use super::live_strategy::SEARCH;
 use super::outputs::{Outputs, WHOLE};
 use super::progress::Bar;
 use super::session::Session;
@@ -118,7 +119,7 @@ impl SimulateArgs {
 
 impl SimulatePlan {
     fn run(&self, session: &Session) -> Result<()> {
-        let bar = Bar::new(self.common.quiet);
+        let bar = Bar::new(self.common.quiet).or_say(SEARCH);
         let environment = Environment {
             stop: session.stop(),
             progress: &bar,

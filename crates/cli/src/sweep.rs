@@ -102,9 +102,19 @@ impl SweepArgs {
             .with_seed(seed)
             .with_conditions(conditions.clone())
             .with_station_strategy(saved.transpose()?)
-            .with_training(self.training.resolve(station, seed, false)?)
             .with_greedy(self.greedy)
             .with_bound(!self.no_bound);
+        // A training set next to rules that are given is for the threshold.
+        options = match (self.purity, self.training.given()?) {
+            (Some(_), Some(given)) => {
+                let options = options.with_training(given);
+                match self.training.patterns(station, seed)? {
+                    Some(set) => options.with_threshold_patterns(set),
+                    None => options,
+                }
+            }
+            _ => options.with_training(self.training.resolve(station, seed, false)?),
+        };
         if let Some(purity) = self.purity {
             options = options.with_purity(purity);
         }

@@ -98,7 +98,7 @@ pub(crate) struct TrainingArgs {
     pub robust: Option<String>,
     /// Training set, as for `optimize --patterns` [default: patterns like those scored, but
     /// with another seed; next to the paper's results, its balanced set]
-    #[arg(long, value_name = "SET", conflicts_with = "robust")]
+    #[arg(long, value_name = "SET")]
     pub train_patterns: Option<String>,
     /// Items in each pattern of the training set [default: as many as in the scored patterns;
     /// 150 in a named set]
@@ -156,7 +156,8 @@ pub(crate) struct SweepArgs {
     #[arg(long, value_name = "NAME", default_value = "speed")]
     pub sweep: String,
     /// With --sweep min-detection: name for each strategy the threshold with the highest recovery
-    /// at a purity of at least P, chosen on training patterns and reported on fresh ones
+    /// at a purity of at least P, chosen on training patterns (--train-patterns) and reported on
+    /// fresh ones
     #[arg(long, value_name = "P", allow_negative_numbers = true)]
     pub purity: Option<f64>,
     /// First value [default: half the limit for the speed, otherwise from the station]

@@ -87,7 +87,7 @@ impl fmt::Display for NodeSummary {
             "{} of {} items picked, {} missed, {} on the belt, {} claimed{unwanted}; {} decisions, \
              p50 {:.3} ms, p99 {:.3} ms, max {:.3} ms",
             status.picked,
-            status.seen,
+            status.wanted(),
             status.missed.total(),
             status.on_belt,
             status.claimed,

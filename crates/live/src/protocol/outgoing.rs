@@ -208,6 +208,11 @@ pub struct Status {
 }
 
 impl Status {
+    /// Number of items seen that were to be picked.
+    pub fn wanted(&self) -> u64 {
+        self.seen.saturating_sub(self.unwanted.unwrap_or(0))
+    }
+
     /// The number of unwanted items in words, to be appended to other counts; empty on a line that
     /// takes every item.
     pub fn unwanted_words(&self) -> String {
