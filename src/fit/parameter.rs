@@ -46,14 +46,15 @@ pub(super) fn with_interval(
     }
 }
 
-/// The same for a parameter that the moves do not determine: its value is only one of many.
-pub(super) fn doubtful(parameter: FittedParameter) -> FittedParameter {
+/// The same for a parameter that the moves do not determine, for this reason: its value is only one of
+/// many.
+pub(super) fn doubtful(parameter: FittedParameter, reason: &str) -> FittedParameter {
     let used = parameter.value.map_or(0.0, |value| value);
     FittedParameter {
         value: None,
         interval: None,
         remark: format!(
-            "not determined by these moves; {} {} is used, which fits together with the rest",
+            "{reason}; {} {} is used, which fits together with the rest",
             rounded(used, 4),
             parameter.unit
         ),

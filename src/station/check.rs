@@ -313,6 +313,9 @@ pub(super) fn lead(place: Place, robot: &Robot, belt: &Belt) -> Result<()> {
     }
     let (name, belt_speed) = (shown(&robot.name), shown_number(belt.speed));
     let path = robot.shortest_path(belt);
+    let from = robot.nearest_place(belt);
+    // What the arm gets ahead at over that path: the inverse of the slope of T.
+    let arm_speed = shown_number(rounded_down(robot.belt_limit(belt)));
     match robot.arm.law {
         TravelLaw::Trapezoid {
             speed,
@@ -338,8 +341,9 @@ pub(super) fn lead(place: Place, robot: &Robot, belt: &Belt) -> Result<()> {
             Err(Error::input(
                 place("acceleration"),
                 format!(
-                    "robot `{name}` may have to travel only {} m to an item, over which its arm \
-                     does not get ahead of the belt at {belt_speed} m/s: it needs {} m",
+                    "robot `{name}` may have to travel only {} m from {from} to an item, over which \
+                     its arm gets ahead at {arm_speed} m/s, but the belt moves at {belt_speed} m/s: it \
+                     needs {} m",
                     shown_number(rounded_down(path)),
                     shown_number(needed),
                 ),
@@ -352,7 +356,8 @@ pub(super) fn lead(place: Place, robot: &Robot, belt: &Belt) -> Result<()> {
                 place("travel"),
                 format!(
                     "the table of robot `{name}` is too steep for the belt at {belt_speed} m/s: for \
-                     paths of {} m or more, its steepest piece is an arm at {limit} m/s",
+                     paths of {} m or more, the shortest from {from} to an item, its steepest piece is \
+                     an arm at {arm_speed} m/s",
                     shown_number(rounded_down(path)),
                 ),
                 format!(

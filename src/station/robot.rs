@@ -1,6 +1,7 @@
 //! One robot: its arm, its workspace, its bins, and the departure windows of items.
 
 use super::belt::Belt;
+use crate::error::shown;
 use crate::kinematics::{self, Arm, TravelLaw};
 use nalgebra::{Point2, Vector2};
 
@@ -227,12 +228,26 @@ impl Robot {
     /// The shortest path [m] that the arm may have to travel to the belt: its lift up and down, and
     /// from the nearest of its places to the rectangle that the belt covers.
     pub(super) fn shortest_path(&self, belt: &Belt) -> f64 {
-        let to_belt = |place: Point2<f64>| {
-            let dx = place.x - place.x.clamp(0.0, belt.length);
-            let dy = (place.y.abs() - belt.width / 2.0).max(0.0);
-            kinematics::distance(dx, dy)
-        };
-        let places = (0..self.places()).map(|index| to_belt(self.place(index)));
+        let places = (0..self.places()).map(|index| self.way_to(belt, index));
         places.fold(f64::INFINITY, f64::min) + 2.0 * self.arm.lift
+    }
+
+    /// The way in the plane [m] from the place with this index to the rectangle that the belt covers.
+    fn way_to(&self, belt: &Belt, place: usize) -> f64 {
+        let place = self.place(place);
+        let dx = place.x - place.x.clamp(0.0, belt.length);
+        let dy = (place.y.abs() - belt.width / 2.0).max(0.0);
+        kinematics::distance(dx, dy)
+    }
+
+    /// The place that is nearest to the belt, in words.
+    pub(super) fn nearest_place(&self, belt: &Belt) -> String {
+        let by_way = |a: &usize, b: &usize| self.way_to(belt, *a).total_cmp(&self.way_to(belt, *b));
+        let nearest = (0..self.places()).min_by(by_way);
+        match nearest.and_then(|index| self.bins.get(index)) {
+            Some(_) if self.has_only_bin() => "its bin".to_owned(),
+            Some(bin) => format!("its bin `{}`", shown(&bin.name)),
+            None => "its rest".to_owned(),
+        }
     }
 }
