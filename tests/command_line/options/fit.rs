@@ -170,9 +170,10 @@ fn moves(speed: f64) -> String {
     rows(speed, |_| 0.0)
 }
 
-/// The same, up to 1 ms too long or too short, of no resolution.
+/// The same, about 1 ms too long or too short by turns, and no multiple of any step.
 fn noisy() -> String {
-    rows(0.5, |i| 0.001 * f64::from(i * i).sin())
+    let sign = |i: u32| if i * i % 7 < 3 { 0.001 } else { -0.001 };
+    rows(0.5, |i| sign(i) * (1.0 + 0.1 * f64::from(i).sin()))
 }
 
 fn rows(speed: f64, off: impl Fn(u32) -> f64) -> String {
