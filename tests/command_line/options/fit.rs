@@ -170,10 +170,9 @@ fn moves(speed: f64) -> String {
     rows(speed, |_| 0.0)
 }
 
-/// The same, about 1 ms too long or too short by turns, and no multiple of any step.
+/// The same, up to 1 ms too long or too short, and no multiple of any step.
 fn noisy() -> String {
-    let sign = |i: u32| if i * i % 7 < 3 { 0.001 } else { -0.001 };
-    rows(0.5, |i| sign(i) * (1.0 + 0.1 * f64::from(i).sin()))
+    rows(0.5, |i| 0.001 * f64::from(i * i).sin())
 }
 
 fn rows(speed: f64, off: impl Fn(u32) -> f64) -> String {
@@ -183,7 +182,7 @@ fn rows(speed: f64, off: impl Fn(u32) -> f64) -> String {
         let way = 0.05 + 0.011 * f64::from(i);
         let (depart, travel) = (10.0 * f64::from(i), way / speed + off(i));
         let grasp = depart + travel;
-        let release = grasp + 0.3 + way / speed + 0.2;
+        let release = grasp + 0.3 + way / speed + off(i + 40) + 0.2;
         text += &format!("a,1,0,{},0,{depart},{grasp},1,0,{release}\n", 1.0 - way);
     }
     text
