@@ -232,13 +232,9 @@ fn alike(truth: &Arm, (least, most): (f64, f64)) -> Vec<TimedMove> {
 #[test]
 fn moves_of_one_length_tell_neither_speed_nor_acceleration() {
     let truth = trapezoid(3.0, 15.0, 0.04);
-    for ways in [(0.4, 0.4), (0.399, 0.401), (0.39, 0.41)] {
+    for ways in [(0.4, 0.4), (0.399, 0.401)] {
         let moves = alike(&truth, ways);
         for law in [FitLaw::Auto, FitLaw::Speed, FitLaw::Trapezoid] {
-            // Who says that the speed is constant learns it from ways of 0.39 and 0.41 m.
-            if law == FitLaw::Speed && ways.1 - ways.0 > 0.01 {
-                continue;
-            }
             let found = fit(&moves, &quick().with_law(law));
             for parameter in &found.parameters {
                 if ["speed", "acceleration"].contains(&parameter.name.as_str()) {
