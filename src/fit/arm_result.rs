@@ -3,6 +3,8 @@
 use super::intervals::HalfOpen;
 use super::parameter::FittedParameter;
 use crate::kinematics::{Arm, TravelLaw};
+use crate::stats::quantile;
+use std::ops::Range;
 
 /// Digits of what goes into a station file: more than any recording determines.
 const DIGITS: usize = 7;
@@ -26,7 +28,7 @@ impl FittedLaw {
     }
 }
 
-/// How far predicted times are from recorded ones [s], without outliers.
+/// How far predicted times are from recorded ones [s].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct FitError {
@@ -36,6 +38,22 @@ pub struct FitError {
     pub worst: f64,
     /// Number of recorded times that were compared, each held out from the fit that predicts it.
     pub count: usize,
+}
+
+impl FitError {
+    /// The error of times that are off by these sizes [s].
+    pub(super) fn of(mut sizes: Vec<f64>) -> Self {
+        sizes.sort_unstable_by(f64::total_cmp);
+        let share = |share| match sizes.is_empty() {
+            true => 0.0,
+            false => quantile(&sizes, share),
+        };
+        Self {
+            median: share(0.5),
+            worst: share(0.95),
+            count: sizes.len(),
+        }
+    }
 }
 
 /// One recorded time and what the fit says.
@@ -76,10 +94,16 @@ pub struct ArmFit {
     pub parameters: Vec<FittedParameter>,
     /// For a table, the interval of the time at each point [s].
     pub table: Vec<Option<HalfOpen>>,
+    /// For a table, the indices of the points that were measured; the others are extrapolated.
+    pub measured: Range<usize>,
     /// Standard deviation of the times that are no outliers, robustly [s].
     pub scale: f64,
-    /// How well times are predicted that were not used.
+    /// The step of which all recorded stamps are multiples [s], if there is one.
+    pub step: Option<f64>,
+    /// How well recorded times are predicted, outliers included, by fits that did not use them.
     pub error: FitError,
+    /// The same without outliers.
+    pub error_without_outliers: FitError,
     /// Every recorded time.
     pub residuals: Vec<MoveResidual>,
     /// What a reader must know about the figures.

@@ -22,6 +22,15 @@ impl HalfOpen {
     pub fn contains(&self, value: f64) -> bool {
         self.low <= value && self.high.is_none_or(|high| value <= high)
     }
+
+    /// The least interval that also contains `value`, which may be infinite.
+    pub(super) fn including(self, value: f64) -> Self {
+        let high = self.high.map(|high| high.max(value));
+        Self {
+            low: self.low.min(value).max(0.0),
+            high: high.filter(|high| high.is_finite()),
+        }
+    }
 }
 
 /// What `estimate` makes of each resample of `rows` rows with their `observations`, in order.
@@ -50,8 +59,8 @@ pub(super) fn resampled<T: Send>(
 
 /// The 95 % interval of `values`, which may be infinite, around the estimate `centre`: percentiles,
 /// corrected for the share of resamples below the estimate (bias-corrected: Efron 1981, DOI
-/// 10.2307/3314608), not narrower than the normal interval, and wider by what a sample of `rows` rows with this number of free parameters is
-/// too narrow.
+/// 10.2307/3314608), not narrower than the normal interval, and wider by what a sample of `rows` rows
+/// with this number of free parameters is too narrow.
 pub(super) fn percentile_interval(
     mut values: Vec<f64>,
     centre: f64,

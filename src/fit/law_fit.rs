@@ -1,21 +1,18 @@
 //! The estimate of one arm's law: which parameters the times determine, and which law fits.
 
+use super::determined::{
+    WORTH, depends_on_speed, is_determined, is_limit_told, is_speed_told, median_reach,
+    never_cruising, undetermined,
+};
 use super::model::{
     DWELL, GRASP, LIFT, Leg, Observation, Parameters, RAMP, SLOWNESS, longest_path,
 };
 use super::options::{FitLaw, FitOptions};
 use super::robust::{Estimate, TUKEY, Task, median};
-use nalgebra::DMatrix;
 
-/// Least number of observations at top speed for which it can be told.
-const LEAST_CRUISING: usize = 5;
-/// A parameter more must lower the loss by this: half of what twice the logarithm of the likelihood
-/// ratio exceeds by chance with a probability of 0.001 (Wilks 1938, DOI 10.1214/aoms/1177732360).
-const WORTH: f64 = 0.5 * 10.828;
-/// The same for a probability of 0.05: what a value may cost that is not excluded.
+/// What a value may cost that is not excluded: half of what twice the logarithm of the likelihood
+/// ratio exceeds by chance with a probability of 0.05 (Wilks 1938, DOI 10.1214/aoms/1177732360).
 const EXCLUDED: f64 = 0.5 * 3.841;
-/// A parameter whose standard error is more than this share of it is not determined.
-const LARGEST_ERROR: f64 = 0.5;
 
 /// The estimate of a law with parameters, and what it rests on.
 #[derive(Debug, Clone)]
@@ -25,13 +22,36 @@ pub(super) struct LawEstimate {
     pub free: Vec<usize>,
     /// Whether the lift could be told apart from the rest.
     pub has_lift: bool,
-    /// What the top speed is at least [m/s], if it is not known because no move tells it.
-    pub least_speed: Option<f64>,
+    /// The parameters with the lowest top speed that is not excluded, if no move tells it.
+    pub slowest: Option<Parameters>,
     /// Whether the arm accelerates.
     pub accelerates: bool,
     /// The indices of free parameters that the observations do not determine, because they can be
     /// traded for each other or for the lift.
     pub undetermined: Vec<usize>,
+}
+
+impl LawEstimate {
+    /// The same law with other values that the times do not exclude: with the parameter of this index
+    /// moved by `rounding` either way, and at the lowest top speed.
+    pub(super) fn not_excluded(&self, index: usize, rounding: f64) -> Vec<Self> {
+        let with = |parameters: Parameters| Self {
+            estimate: Estimate {
+                parameters,
+                ..self.estimate
+            },
+            ..self.clone()
+        };
+        let moved = [-rounding, rounding].map(|by| {
+            let mut parameters = self.estimate.parameters.clone();
+            parameters[index] = (parameters[index] + by).max(0.0);
+            with(parameters)
+        });
+        moved
+            .into_iter()
+            .chain(self.slowest.clone().map(with))
+            .collect()
+    }
 }
 
 /// What the parameters are if the times do not say it.
@@ -42,19 +62,102 @@ pub(super) struct Prior {
     pub bins: Vec<usize>,
     /// Whether a failed grasp tells the grasp time.
     pub has_grasp: bool,
+    /// Step of the stamps [s]; 0 if they have none.
+    pub step: f64,
 }
 
 /// Estimates the law of an arm from its observations.
 ///
 /// Parameters that the observations do not determine keep their prior values: first the lift, which
 /// is confounded with the acceleration if all moves are long, and with the dwell if nobody says when
-/// the grasp began; the top speed, if no move is long enough to reach it.
+/// the grasp began; the top speed, if no move is long enough to reach it. A constant speed that was
+/// not asked for is determined only if an arm that never reaches its top speed fits worse.
 pub(super) fn estimate_law(
     observations: &[Observation],
     prior: &Prior,
     options: &FitOptions,
 ) -> Option<LawEstimate> {
+    let mut law = best_law(observations, prior, options)?;
+    if law.accelerates {
+        return Some(law);
+    }
+    let free = law.free.clone();
+    let task = Task {
+        observations,
+        free: &free,
+        step: prior.step,
+    };
+    let is_asked_for = options.law == FitLaw::Speed;
+    let is_told = || is_asked_for || is_limit_told(&task, &law.estimate, options.lift.is_some());
+    if !law.undetermined.contains(&SLOWNESS) && !is_told() {
+        law.undetermined.push(SLOWNESS);
+    }
+    if law.undetermined.contains(&SLOWNESS)
+        && let Some(estimate) = at_prior_speed(&task, &law.estimate, prior)
+    {
+        law.estimate = estimate;
+        law.free.retain(|index| *index != SLOWNESS);
+    }
+    Some(law)
+}
+
+/// The estimate with the speed of the prior, if the times fit that as well as any other: one of
+/// many that can be traded for the dwell would not be plausible.
+fn at_prior_speed(task: &Task, estimate: &Estimate, prior: &Prior) -> Option<Estimate> {
+    let others = task.free.iter().copied();
+    let others: Vec<usize> = others.filter(|index| *index != SLOWNESS).collect();
+    let task = Task {
+        free: &others,
+        ..*task
+    };
+    let mut start = estimate.parameters.clone();
+    start[SLOWNESS] = prior.parameters[SLOWNESS];
+    let at_prior = task.refine(&with_median_dwells(&task, start), estimate.scale);
+    let mut start = prior.parameters.clone();
+    start[RAMP] = 0.0;
+    let from_prior = task.refine(&with_median_dwells(&task, start), estimate.scale);
+    let best = match from_prior.loss < at_prior.loss {
+        true => from_prior,
+        false => at_prior,
+    };
+    (best.loss - estimate.loss <= WORTH).then_some(best)
+}
+
+/// The parameters with dwells and grasp time, where they are free, moved by the median residual: far
+/// from the times, the loss says nothing of which way is better.
+fn with_median_dwells(task: &Task, mut parameters: Parameters) -> Parameters {
+    let residuals = task.residuals(&parameters);
+    for &index in task.free.iter().filter(|index| **index >= GRASP) {
+        let depends = |leg: &Leg| match leg.bin() {
+            Some(bin) => DWELL + bin == index,
+            None => index == GRASP && matches!(leg, Leg::Chase(_)),
+        };
+        let own = task.observations.iter().zip(&residuals);
+        let own = own.filter(|(observation, _)| depends(&observation.leg));
+        let own: Vec<f64> = own.map(|(_, residual)| *residual).collect();
+        if !own.is_empty() {
+            parameters[index] = (parameters[index] + median(own)).max(0.0);
+        }
+    }
+    parameters
+}
+
+fn best_law(
+    observations: &[Observation],
+    prior: &Prior,
+    options: &FitOptions,
+) -> Option<LawEstimate> {
     let lift_is_free = options.lift.is_none();
+    // Whether the times fit `one` better than `other` by more than one parameter would by chance.
+    let is_better = |one: &LawEstimate, other: &LawEstimate| {
+        let task = Task {
+            observations,
+            free: &other.free,
+            step: prior.step,
+        };
+        let same = task.refine(&other.estimate.parameters, one.estimate.scale);
+        same.loss - one.estimate.loss > WORTH
+    };
     let estimate = |accelerates, lift_is_free| {
         estimate_as(observations, prior, options, (accelerates, lift_is_free))
     };
@@ -67,7 +170,7 @@ pub(super) fn estimate_law(
                 (Some(constant), Some(trapezoid)) => (constant, trapezoid),
                 (constant, trapezoid) => return trapezoid.or(constant),
             };
-            if is_better(observations, &trapezoid, &constant) {
+            if is_better(&trapezoid, &constant) {
                 return Some(trapezoid);
             }
             if !constant.has_lift {
@@ -78,29 +181,23 @@ pub(super) fn estimate_law(
             let (Some(plain), Some(ramped)) = pair(false) else {
                 return Some(constant);
             };
-            let known = if is_better(observations, &ramped, &plain) {
-                ramped
-            } else {
-                plain
+            let mut known = match is_better(&ramped, &plain) {
+                true => ramped,
+                false => plain,
             };
+            // Times that tell the lift of a constant speed tell the speed without it.
+            let is_told = !constant.undetermined.contains(&SLOWNESS);
+            known
+                .undetermined
+                .retain(|index| known.accelerates || *index != SLOWNESS || !is_told);
             // Unless the times are too short for that lift.
-            if is_better(observations, &constant, &known) {
+            if is_better(&constant, &known) {
                 Some(constant)
             } else {
                 Some(known)
             }
         }
     }
-}
-
-/// Whether the times fit `one` better than `other` by more than one parameter would by chance.
-fn is_better(observations: &[Observation], one: &LawEstimate, other: &LawEstimate) -> bool {
-    let task = Task {
-        observations,
-        free: &other.free,
-    };
-    let same = task.refine(&other.estimate.parameters, one.estimate.scale);
-    same.loss - one.estimate.loss > WORTH
 }
 
 fn estimate_as(
@@ -115,6 +212,7 @@ fn estimate_as(
         let task = Task {
             observations,
             free: &free,
+            step: prior.step,
         };
         let starts = starts(observations, prior, accelerates, has_lift);
         let estimate = task.solve(&starts)?;
@@ -126,55 +224,27 @@ fn estimate_as(
         let undetermined = undetermined(&task, &estimate, lift_is_known);
         let told = !accelerates || is_speed_told(&task, &estimate);
         if !told {
-            return Some(without_speed(&task, &estimate, has_lift, undetermined));
+            let lift = (has_lift, lift_is_known);
+            return Some(without_speed(&task, &estimate, lift, undetermined));
         }
         return Some(LawEstimate {
             estimate,
             free,
             has_lift,
-            least_speed: None,
+            slowest: None,
             accelerates,
             undetermined,
         });
     }
 }
 
-/// The same estimate of an arm that never reaches its top speed.
-fn never_cruising(task: &Task, estimate: &Estimate) -> (Vec<usize>, Estimate) {
-    let free: Vec<usize> = task
-        .free
-        .iter()
-        .copied()
-        .filter(|i| *i != SLOWNESS)
-        .collect();
-    let mut start = estimate.parameters.clone();
-    start[SLOWNESS] = 0.0;
-    let slower = Task {
-        observations: task.observations,
-        free: &free,
-    };
-    let refined = slower.refine(&start, estimate.scale);
-    (free, refined)
-}
-
-/// Whether the observations tell the top speed: several moves reach it, and an arm without a limit
-/// fits worse than by chance.
-fn is_speed_told(task: &Task, estimate: &Estimate) -> bool {
-    let residuals = task.residuals(&estimate.parameters);
-    let inliers = task.observations.iter().zip(&residuals);
-    let inliers = inliers.filter(|(_, r)| r.abs() < TUKEY * estimate.scale);
-    let cruising = inliers.filter(|(o, _)| longest_path(&estimate.parameters, &o.leg).1);
-    let unlimited = never_cruising(task, estimate).1;
-    cruising.count() >= LEAST_CRUISING && unlimited.loss - estimate.loss > WORTH
-}
-
-/// The estimate of an arm whose top speed no move tells, with what it is at least: the lowest speed
-/// that the observations do not exclude, by the profile of the loss.
+/// The estimate of an arm whose top speed no move tells, with the lowest that the observations do not
+/// exclude, by the profile of the loss. A lift that is not known may be any in it.
 fn without_speed(
     task: &Task,
     estimate: &Estimate,
-    has_lift: bool,
-    undetermined: Vec<usize>,
+    (has_lift, lift_is_known): (bool, bool),
+    mut undetermined: Vec<usize>,
 ) -> LawEstimate {
     let (free, unlimited) = never_cruising(task, estimate);
     let residuals = task.residuals(&unlimited.parameters);
@@ -183,25 +253,39 @@ fn without_speed(
     let lengths = inliers.map(|(o, _)| longest_path(&unlimited.parameters, &o.leg).0);
     let longest = lengths.fold(0.0, f64::max);
     let peak = (2.0 * longest / unlimited.parameters[RAMP]).sqrt();
+    let mut varied = free.clone();
+    if !lift_is_known {
+        varied.push(LIFT);
+    }
     let limited = Task {
-        observations: task.observations,
-        free: &free,
+        free: &varied,
+        ..*task
     };
-    let mut least_speed = peak;
-    for step in 1..50 {
-        let speed = peak * (1.0 - 0.02 * f64::from(step));
-        let mut start = unlimited.parameters.clone();
+    let start = &unlimited.parameters;
+    let least_loss = limited.refine(start, unlimited.scale).loss;
+    let with_speed = |start: &[f64], speed: f64| {
+        let mut start = start.to_vec();
         start[SLOWNESS] = 1.0 / speed;
-        if limited.refine(&start, unlimited.scale).loss - unlimited.loss > EXCLUDED {
+        limited.refine(&start, unlimited.scale)
+    };
+    let mut slowest = with_speed(start, peak).parameters;
+    for step in 1..50 {
+        let slower = with_speed(&slowest, peak * (1.0 - 0.02 * f64::from(step)));
+        if slower.loss - least_loss > EXCLUDED {
             break;
         }
-        least_speed = speed;
+        slowest = slower.parameters;
     }
+    let traded = free.iter().copied().filter(|index| {
+        !undetermined.contains(index) && depends_on_speed(task, start, &slowest, *index)
+    });
+    let traded: Vec<usize> = traded.collect();
+    undetermined.extend(traded);
     LawEstimate {
         estimate: unlimited,
         free,
         has_lift,
-        least_speed: Some(least_speed),
+        slowest: Some(slowest),
         accelerates: true,
         undetermined,
     }
@@ -220,63 +304,6 @@ fn free_parameters(prior: &Prior, accelerates: bool, has_lift: bool) -> Vec<usiz
     }
     free.extend(prior.bins.iter().map(|bin| DWELL + bin));
     free
-}
-
-/// The free parameters that the observations do not determine. Without a known lift these are also the
-/// acceleration, and the dwell unless the ways out tell it from the ways back.
-fn undetermined(task: &Task, estimate: &Estimate, lift_is_known: bool) -> Vec<usize> {
-    let times = task.observations.iter().map(|o| o.time).collect();
-    let time = median(times);
-    let has_out = task
-        .observations
-        .iter()
-        .any(|o| matches!(o.leg, Leg::Out(_)));
-    let is_doubtful = |&index: &usize| match index {
-        // The top speed is judged by how many moves reach it.
-        SLOWNESS | LIFT => false,
-        RAMP => !lift_is_known || !is_determined(task, estimate, RAMP, 0.0),
-        _ => (!lift_is_known && !has_out) || !is_determined(task, estimate, index, time),
-    };
-    task.free.iter().copied().filter(is_doubtful).collect()
-}
-
-/// Whether the observations determine this parameter: its standard error is at most half of `size`,
-/// or of its value if that is larger.
-fn is_determined(task: &Task, estimate: &Estimate, index: usize, size: f64) -> bool {
-    let Some(place) = task.free.iter().position(|&free| free == index) else {
-        return true;
-    };
-    let information = task.information(estimate);
-    let Some(error) = standard_error(&information, place, estimate.scale) else {
-        return false;
-    };
-    error <= LARGEST_ERROR * estimate.parameters[index].max(size)
-}
-
-/// The standard error of the parameter at `place` in the information matrix; none if the matrix is
-/// singular, in units in which its diagonal is 1, but for parameters without any influence.
-fn standard_error(information: &DMatrix<f64>, place: usize, scale: f64) -> Option<f64> {
-    let diagonal = information.diagonal();
-    let largest = diagonal.max();
-    let kept: Vec<usize> = (0..diagonal.len())
-        .filter(|&i| diagonal[i] > 1e-12 * largest)
-        .collect();
-    let own = kept.iter().position(|&i| i == place)?;
-    let unit = |i: usize, j: usize| {
-        let (a, b) = (kept[i], kept[j]);
-        information[(a, b)] / (diagonal[a] * diagonal[b]).sqrt()
-    };
-    let scaled = DMatrix::from_fn(kept.len(), kept.len(), unit);
-    let eigen = scaled.clone().symmetric_eigen();
-    if eigen.eigenvalues.min() < 1e-9 {
-        return None;
-    }
-    let inverse = scaled.try_inverse()?;
-    Some(scale * (inverse[(own, own)] / diagonal[place]).sqrt())
-}
-
-fn median_reach(observations: &[Observation]) -> f64 {
-    median(observations.iter().map(|o| o.leg.reach()).collect())
 }
 
 /// Where the search begins: the prior, and arms that take the median time for the median way, all

@@ -1,8 +1,10 @@
 //! The fit of a whole line.
 
-use super::arm_fit::{LEAST_MOVES, fit_arm};
+use super::arm_fit::fit_arm;
 use super::arm_result::ArmFit;
+use super::bench::LEAST_MOVES;
 use super::options::FitOptions;
+use super::places::check_places;
 use super::timed_move::{TimedMove, check_units};
 use crate::error::{Error, Result};
 use crate::station::Station;
@@ -19,7 +21,8 @@ pub struct LineFit {
 /// the station, and so is all of a robot with too few moves.
 ///
 /// # Errors
-/// Invalid options; no moves; too few moves of every robot; times or places that no arm has.
+/// Invalid options; no moves; too few moves of every robot; times or places that no arm has; places
+/// none of which the station has.
 pub fn fit_line(station: &Station, moves: &[TimedMove], options: &FitOptions) -> Result<LineFit> {
     options.check()?;
     if moves.is_empty() {
@@ -39,9 +42,14 @@ pub fn fit_line(station: &Station, moves: &[TimedMove], options: &FitOptions) ->
     };
     let fit = |index: usize| {
         let own: Vec<TimedMove> = moves.iter().filter(|m| m.robot == index).cloned().collect();
-        (own.len() >= least)
-            .then(|| fit_arm(&station.robots()[index], index, &own, options))
-            .transpose()
+        if own.len() < least {
+            return Ok(None);
+        }
+        let robot = &station.robots()[index];
+        let mut notes = check_places(robot, station.belt(), &own)?;
+        let mut fit = fit_arm(robot, index, &own, options)?;
+        notes.append(&mut fit.notes);
+        Ok(Some(ArmFit { notes, ..fit }))
     };
     let arms: Result<Vec<_>> = robots.map(fit).collect();
     Ok(LineFit { arms: arms? })

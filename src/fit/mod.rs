@@ -7,11 +7,16 @@
 //! fit, T is a monotone table (`table.rs`).
 //!
 //! Not every parameter can be told from every recording, and what cannot is said instead of guessed
-//! (`law_fit.rs`): only the sum of grasp and release time is in a pick; the top speed is unknown if no
-//! move is long enough to reach it; lift and acceleration are one if all moves are long.
+//! (`determined.rs`): only the sum of grasp and release time is in a pick; the top speed is unknown if no
+//! move is long enough to reach it; lift and acceleration are one if all moves are long. Nor do rounded
+//! stamps tell more than their step (`resolution.rs`), or places that the station does not have
+//! (`places.rs`).
 
 mod arm_fit;
 mod arm_result;
+mod bench;
+mod describe;
+mod determined;
 mod intervals;
 mod law_fit;
 mod line_fit;
@@ -19,6 +24,9 @@ mod model;
 mod moves_file;
 mod options;
 mod parameter;
+mod places;
+mod remarks;
+mod resolution;
 mod robust;
 mod station;
 mod table;

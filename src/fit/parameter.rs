@@ -46,17 +46,17 @@ pub(super) fn with_interval(
     }
 }
 
-/// The same for a parameter that the moves do not determine: its value is only one of many.
-pub(super) fn doubtful(parameter: FittedParameter) -> FittedParameter {
-    let used = parameter.value.map_or(0.0, |value| value);
+/// The same for a parameter that the moves do not determine, for this reason: its value is only one of
+/// many.
+pub(super) fn doubtful(parameter: FittedParameter, reason: &str) -> FittedParameter {
+    let used = match parameter.value.unwrap_or_default() {
+        value if value.is_finite() => format!("{} {}", rounded(value, 4), parameter.unit),
+        _ => "an unlimited one".to_owned(),
+    };
     FittedParameter {
         value: None,
         interval: None,
-        remark: format!(
-            "not determined by these moves; {} {} is used, which fits together with the rest",
-            rounded(used, 4),
-            parameter.unit
-        ),
+        remark: format!("{reason}; {used} is used, which fits together with the rest"),
         ..parameter
     }
 }

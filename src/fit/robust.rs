@@ -17,6 +17,10 @@ pub(super) const TUKEY: f64 = 4.685;
 const MAD: f64 = 1.4826;
 /// Least scale [s], below the resolution of any clock: exact times have none.
 const LEAST_SCALE: f64 = 1e-7;
+/// Variance of the difference of two rounded stamps, in squared steps.
+const ROUNDING_VARIANCE: f64 = 1.0 / 6.0;
+/// Smaller eigenvalues of an information matrix with a diagonal of 1 count as 0.
+pub(super) const SINGULAR: f64 = 1e-9;
 /// Most iterations; ten are usual.
 const MOST_STEPS: usize = 60;
 
@@ -50,6 +54,8 @@ pub(super) struct Task<'a> {
     pub observations: &'a [Observation],
     /// The indices of the free parameters.
     pub free: &'a [usize],
+    /// Step of the stamps [s]; 0 if they have none.
+    pub step: f64,
 }
 
 /// An estimate.
@@ -70,22 +76,26 @@ impl Task<'_> {
         self.observations.iter().map(residual).collect()
     }
 
+    fn scale(&self, parameters: &[f64]) -> f64 {
+        scale_of(&self.residuals(parameters), self.step)
+    }
+
     /// The estimate from the best of `starts`, with the scale of its residuals.
     pub(super) fn solve(&self, starts: &[Parameters]) -> Option<Estimate> {
         let rough = starts.iter().map(|start| {
-            let scale = scale_of(&self.residuals(start));
+            let scale = self.scale(start);
             self.descend(start, scale, Loss::Huber).parameters
         });
         let quality = |at: &Parameters| self.residuals(at).iter().map(|r| r.abs()).sum::<f64>();
         let rough = rough.filter(|at| quality(at).is_finite());
         let mut best = rough.min_by(|a, b| quality(a).total_cmp(&quality(b)))?;
         for _ in 0..2 {
-            let scale = scale_of(&self.residuals(&best));
+            let scale = self.scale(&best);
             best = self.descend(&best, scale, Loss::Huber).parameters;
         }
-        let mut estimate = self.refine(&best, scale_of(&self.residuals(&best)));
+        let mut estimate = self.refine(&best, self.scale(&best));
         for _ in 0..2 {
-            let scale = scale_of(&self.residuals(&estimate.parameters));
+            let scale = self.scale(&estimate.parameters);
             estimate = self.refine(&estimate.parameters, scale);
         }
         Some(estimate)
@@ -137,6 +147,38 @@ impl Task<'_> {
             parameters, scale, ..
         } = estimate;
         self.normal_equations(parameters, *scale, Loss::Tukey).0
+    }
+
+    /// By how much rounded stamps may have moved the estimate of each free parameter, in their order:
+    /// if every time was off by half a step, in the direction that moves the parameter most.
+    pub(super) fn rounding(&self, estimate: &Estimate) -> Vec<f64> {
+        let count = self.free.len();
+        let mut moved = vec![0.0; count];
+        if self.step == 0.0 {
+            return moved;
+        }
+        let parameters = &estimate.parameters;
+        let information = self.information(estimate);
+        let unit: Vec<f64> = information.diagonal().iter().map(|d| d.sqrt()).collect();
+        let scaled = DMatrix::from_fn(count, count, |i, j| match unit[i] * unit[j] {
+            // A parameter without influence.
+            0.0 => 0.0,
+            product => information[(i, j)] / product,
+        });
+        let Ok(inverse) = scaled.pseudo_inverse(SINGULAR) else {
+            return moved;
+        };
+        let mut slopes = vec![0.0; parameters.len()];
+        for observation in self.observations {
+            let residual = observation.time - predict(parameters, &observation.leg, &mut slopes);
+            let weight = Loss::Tukey.of(residual / estimate.scale).1;
+            for i in (0..count).filter(|i| unit[*i] > 0.0) {
+                let influence = (0..count).filter(|j| unit[*j] > 0.0);
+                let influence = influence.map(|j| inverse[(i, j)] * slopes[self.free[j]] / unit[j]);
+                moved[i] += (weight * influence.sum::<f64>() / unit[i]).abs() * 0.5 * self.step;
+            }
+        }
+        moved
     }
 
     fn descend(&self, start: &[f64], scale: f64, loss: Loss) -> Estimate {
@@ -206,10 +248,12 @@ impl Task<'_> {
     }
 }
 
-/// The robust standard deviation of residuals around 0 [s].
-pub(super) fn scale_of(residuals: &[f64]) -> f64 {
+/// The robust standard deviation of residuals around 0 [s]; not less than that of times between
+/// stamps with this step [s].
+pub(super) fn scale_of(residuals: &[f64], step: f64) -> f64 {
     let sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
-    (MAD * median(sizes)).max(LEAST_SCALE)
+    let rounding = ROUNDING_VARIANCE.sqrt() * step;
+    (MAD * median(sizes)).max(LEAST_SCALE).max(rounding)
 }
 
 /// The median; 0 of nothing.

@@ -6,6 +6,7 @@
 use super::model::{Leg, Observation};
 use super::robust::{median, scale_of};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
+use std::ops::Range;
 
 /// Fewer ways than this do not make a group, nor fewer groups a table.
 const LEAST_GROUP: usize = 10;
@@ -24,13 +25,20 @@ const NOTABLE: f64 = 0.01;
 pub(super) struct TableEstimate {
     /// Points (l [m], t [s]); the first l is 0.
     pub points: Vec<(f64, f64)>,
+    /// Indices of the points that are medians of times; the others are extrapolated.
+    pub measured: Range<usize>,
     /// Grasp and release time together, for each bin [s].
     pub dwell: Vec<f64>,
 }
 
-/// How ways are grouped: the upper ends of the groups [m], the last of which is infinite.
+/// How ways are grouped.
 #[derive(Debug, Clone)]
-pub(super) struct Groups(Vec<f64>);
+pub(super) struct Groups {
+    /// The upper ends of the groups [m], the last of which is infinite.
+    ends: Vec<f64>,
+    /// Length of the way of an observation [m]; `None` for one that is in no group.
+    way: fn(&Observation) -> Option<f64>,
+}
 
 /// The way in the plane [m] and the bin of an observation of one way; `None` for others.
 fn one_way(observation: &Observation) -> Option<(f64, Option<usize>)> {
@@ -41,14 +49,32 @@ fn one_way(observation: &Observation) -> Option<(f64, Option<usize>)> {
     }
 }
 
+/// Why no table can be made of these times.
+pub(super) fn no_table_because(observations: &[Observation]) -> &'static str {
+    let is_chase = |o: &Observation| matches!(o.leg, Leg::Chase(_) | Leg::ChaseHome(..));
+    match observations.iter().any(is_chase) {
+        true => {
+            "a recording does not say when a grasp begins, and without that a table cannot be told \
+             from the grasp and release times"
+        }
+        false => "too few moves say when the grasp began, or over too few lengths",
+    }
+}
+
 impl Groups {
-    /// Groups of equally many ways; `None` if there are too few.
-    pub(super) fn of(observations: &[Observation]) -> Option<Self> {
-        let mut ways: Vec<f64> = observations
-            .iter()
-            .filter_map(one_way)
-            .map(|w| w.0)
-            .collect();
+    /// Groups of equally many single ways, of which a table can be made; `None` if there are too few.
+    pub(super) fn of_ways(observations: &[Observation]) -> Option<Self> {
+        Self::of(observations, |o| one_way(o).map(|way| way.0))
+    }
+
+    /// Groups of equally many times by the longest way in them, whatever they are of; they can only
+    /// be asked whether a law fits.
+    pub(super) fn of_reaches(observations: &[Observation]) -> Option<Self> {
+        Self::of(observations, |o| Some(o.leg.reach()))
+    }
+
+    fn of(observations: &[Observation], way: fn(&Observation) -> Option<f64>) -> Option<Self> {
+        let mut ways: Vec<f64> = observations.iter().filter_map(way).collect();
         ways.sort_unstable_by(f64::total_cmp);
         let count = (ways.len() / LEAST_GROUP).min(MOST_GROUPS);
         if count < LEAST_GROUPS {
@@ -57,15 +83,15 @@ impl Groups {
         let mut ends: Vec<f64> = (1..count).map(|i| ways[i * ways.len() / count]).collect();
         ends.push(f64::INFINITY);
         ends.dedup();
-        (ends.len() >= LEAST_GROUPS).then_some(Self(ends))
+        (ends.len() >= LEAST_GROUPS).then_some(Self { ends, way })
     }
 
     /// For each group its ways [m] and values.
     fn split(&self, pairs: impl Iterator<Item = (f64, f64)>) -> Vec<(Vec<f64>, Vec<f64>)> {
-        let mut groups = vec![(Vec::new(), Vec::new()); self.0.len()];
+        let mut groups = vec![(Vec::new(), Vec::new()); self.ends.len()];
         for (way, value) in pairs {
-            let group = self.0.partition_point(|end| *end <= way);
-            let (ways, values) = &mut groups[group.min(self.0.len() - 1)];
+            let group = self.ends.partition_point(|end| *end <= way);
+            let (ways, values) = &mut groups[group.min(self.ends.len() - 1)];
             ways.push(way);
             values.push(value);
         }
@@ -73,26 +99,27 @@ impl Groups {
     }
 
     /// Whether the `residuals` of a law with this number of parameters depend on the way more than
-    /// by chance, and notably: whether the law does not fit.
+    /// by chance, and notably: whether the law does not fit. The stamps have this step [s], or 0.
     pub(super) fn reject(
         &self,
         observations: &[Observation],
         residuals: &[f64],
-        parameters: usize,
+        (parameters, step): (usize, f64),
     ) -> bool {
         let pairs = observations.iter().zip(residuals);
-        let pairs = pairs.filter_map(|(o, r)| one_way(o).map(|(way, _)| (way, *r)));
+        let pairs = pairs.filter_map(|(o, r)| (self.way)(o).map(|way| (way, *r)));
         let groups = self.split(pairs);
         let centre = |values: &[f64]| median(values.to_vec());
         let within = groups.iter().flat_map(|(_, values)| {
             let centre = centre(values);
             values.iter().map(move |value| value - centre)
         });
-        let scale = scale_of(&within.collect::<Vec<_>>());
+        let scale = scale_of(&within.collect::<Vec<_>>(), step);
         let filled = groups.iter().filter(|(_, values)| !values.is_empty());
         let (mut sum, mut squares, mut count) = (0.0, 0.0, 0usize);
         for (_, values) in filled {
-            let off = centre(values);
+            // The median of rounded times may be off by half a step, however many they are.
+            let off = (centre(values).abs() - 0.5 * step).max(0.0);
             sum += values.len() as f64 * (off / scale).powi(2) / MEDIAN_VARIANCE;
             squares += off * off;
             count += 1;
@@ -100,7 +127,7 @@ impl Groups {
         let Some(freedom) = count.checked_sub(parameters).filter(|freedom| *freedom > 0) else {
             return false;
         };
-        let times = observations.iter().filter(|o| one_way(o).is_some());
+        let times = observations.iter().filter(|o| (self.way)(o).is_some());
         let typical = median(times.map(|o| o.time).collect());
         let is_notable = (squares / count as f64).sqrt() > NOTABLE * typical;
         let limit = ChiSquared::new(freedom as f64).map(|chi| chi.inverse_cdf(1.0 - REJECTION));
@@ -118,6 +145,7 @@ impl Groups {
     ) -> TableEstimate {
         let mut estimate = TableEstimate {
             points: Vec::new(),
+            measured: 0..0,
             dwell: dwell.to_vec(),
         };
         let has_out = observations.iter().any(|o| matches!(o.leg, Leg::Out(_)));
@@ -127,8 +155,8 @@ impl Groups {
                 let dwell = bin.map_or(0.0, |bin| estimate.dwell[bin]);
                 Some((way + lift, o.time - dwell))
             });
-            let ends = self.0.iter().map(|end| end + lift).collect();
-            estimate.points = Self(ends).points(pairs);
+            let ends = self.ends.iter().map(|end| end + lift).collect();
+            (estimate.points, estimate.measured) = Self { ends, ..*self }.points(pairs);
             if has_out {
                 estimate.dwell = dwells(observations, lift, &estimate, dwell);
             }
@@ -136,7 +164,8 @@ impl Groups {
         estimate
     }
 
-    fn points(&self, pairs: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
+    /// The points of a table of these lengths [m] and times [s], and which of them are medians.
+    fn points(&self, pairs: impl Iterator<Item = (f64, f64)>) -> (Vec<(f64, f64)>, Range<usize>) {
         let groups = self.split(pairs);
         let groups = groups.into_iter().filter(|(ways, _)| !ways.is_empty());
         let groups: Vec<(f64, f64, f64)> = groups
@@ -153,13 +182,15 @@ impl Groups {
             [first, second, ..] => (second.1 - first.1) / (second.0 - first.0),
             _ => 0.0,
         };
+        let mut measured = 0..points.len();
         if let Some(&(way, time)) = points.first().filter(|point| point.0 > 0.0) {
             points.insert(0, (0.0, (time - slope * way).max(0.0)));
+            measured = 1..points.len();
         }
         if let [only] = points[..] {
             points.push((only.0 + 1.0, only.1));
         }
-        points
+        (points, measured)
     }
 }
 

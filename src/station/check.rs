@@ -307,6 +307,14 @@ pub(super) fn lead(place: Place, robot: &Robot, belt: &Belt) -> Result<()> {
     }
     let (name, belt_speed) = (shown(&robot.name), shown_number(belt.speed));
     let path = robot.shortest_path(belt);
+    let nearest = robot.nearest_place(belt);
+    let (from, kind) = match robot.bins.get(nearest) {
+        Some(_) if robot.has_only_bin() => ("its bin".to_owned(), "bin"),
+        Some(bin) => (format!("its bin `{}`", shown(&bin.name)), "bin"),
+        None => ("its rest".to_owned(), "rest"),
+    };
+    // What the arm gets ahead at over that path: the inverse of the slope of T.
+    let arm_speed = shown_number(rounded_down(robot.belt_limit(belt)));
     match robot.arm.law {
         TravelLaw::Trapezoid {
             speed,
@@ -328,13 +336,13 @@ pub(super) fn lead(place: Place, robot: &Robot, belt: &Belt) -> Result<()> {
                 let slower = rounded_down((2.0 * path / c).sqrt() / LEAD);
                 cures.push(format!("a belt of {slower} m/s"));
             }
-            let nearest = nearest_place(robot, belt);
-            cures.push(format!("a {nearest} farther from the belt"));
+            cures.push(format!("a {kind} farther from the belt"));
             Err(Error::input(
                 place("acceleration"),
                 format!(
-                    "robot `{name}` may have to travel only {} m to an item, over which its arm \
-                     does not get ahead of the belt at {belt_speed} m/s: it needs {} m",
+                    "robot `{name}` may have to travel only {} m from {from} to an item, over which \
+                     its arm gets ahead at {arm_speed} m/s, but the belt moves at {belt_speed} m/s: it \
+                     needs {} m",
                     shown_number(rounded_down(path)),
                     shown_number(needed),
                 ),
@@ -347,14 +355,14 @@ pub(super) fn lead(place: Place, robot: &Robot, belt: &Belt) -> Result<()> {
                 place("travel"),
                 format!(
                     "the table of robot `{name}` is too steep for the belt at {belt_speed} m/s: for \
-                     paths of {} m or more, its steepest piece is an arm at {limit} m/s",
+                     paths of {} m or more, the shortest from {from} to an item, its steepest piece is \
+                     an arm at {arm_speed} m/s",
                     shown_number(rounded_down(path)),
                 ),
                 format!(
                     "every arm must be faster than the belt at every distance; use a belt of at most \
-                     {limit} m/s, or a lift or a {} farther from the belt that makes the shortest \
-                     path longer",
-                    nearest_place(robot, belt)
+                     {limit} m/s, or a lift or a {kind} farther from the belt that makes the shortest \
+                     path longer"
                 ),
             ))
         }
@@ -367,15 +375,6 @@ pub(super) fn lead(place: Place, robot: &Robot, belt: &Belt) -> Result<()> {
             ),
             "every arm must be faster than the belt; use a slower belt or a faster arm",
         )),
-    }
-}
-
-/// What the robot's place nearest to the belt is called: `bin` or `rest`.
-fn nearest_place(robot: &Robot, belt: &Belt) -> &'static str {
-    let bins = robot.bins.iter().map(|bin| belt.distance_to(bin.at));
-    match bins.fold(f64::INFINITY, f64::min) > belt.distance_to(robot.rest) {
-        true => "rest",
-        false => "bin",
     }
 }
 

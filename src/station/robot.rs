@@ -231,4 +231,11 @@ impl Robot {
         let places = (0..self.places()).map(|index| belt.distance_to(self.place(index)));
         places.fold(f64::INFINITY, f64::min) + 2.0 * self.arm.lift
     }
+
+    /// Index of the place that is nearest to the belt.
+    pub(super) fn nearest_place(&self, belt: &Belt) -> usize {
+        let way = |index: &usize| belt.distance_to(self.place(*index));
+        let nearest = (0..self.places()).min_by(|a, b| way(a).total_cmp(&way(b)));
+        nearest.unwrap_or_default()
+    }
 }

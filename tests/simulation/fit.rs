@@ -11,18 +11,18 @@ use rand::RngExt as _;
 use rand::rngs::ChaCha8Rng;
 use rayon::prelude::*;
 
-const BELT: Belt = Belt {
+pub const BELT: Belt = Belt {
     speed: 0.3,
     length: 2.0,
     width: 0.8,
 };
 /// Dwell times of the truth [s].
-const GRASP: f64 = 0.05;
-const RELEASE: f64 = 0.08;
+pub const GRASP: f64 = 0.05;
+pub const RELEASE: f64 = 0.08;
 /// Standard deviation of the measured times [s].
-const NOISE: f64 = 0.003;
+pub const NOISE: f64 = 0.003;
 
-fn trapezoid(speed: f64, acceleration: f64, lift: f64) -> Arm {
+pub fn trapezoid(speed: f64, acceleration: f64, lift: f64) -> Arm {
     Arm {
         law: TravelLaw::Trapezoid {
             speed,
@@ -33,7 +33,7 @@ fn trapezoid(speed: f64, acceleration: f64, lift: f64) -> Arm {
     }
 }
 
-fn constant(speed: f64, lift: f64) -> Arm {
+pub fn constant(speed: f64, lift: f64) -> Arm {
     Arm {
         lift,
         ..Arm::constant(speed)
@@ -41,7 +41,7 @@ fn constant(speed: f64, lift: f64) -> Arm {
 }
 
 /// A station of one robot with this arm, which rests at its bin.
-fn station_of(arm: Arm) -> Station {
+pub fn station_of(arm: Arm) -> Station {
     let robot = Robot::new(
         "a",
         Point2::new(1.0, 0.0),
@@ -53,17 +53,17 @@ fn station_of(arm: Arm) -> Station {
 }
 
 /// What the fit begins with: nothing of it is right.
-fn guess() -> Station {
+pub fn guess() -> Station {
     station_of(constant(2.0, 0.01))
 }
 
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
+pub fn normal(rng: &mut ChaCha8Rng) -> f64 {
     let (a, b): (f64, f64) = (rng.random(), rng.random());
     (-2.0 * (1.0 - a).ln()).sqrt() * (std::f64::consts::TAU * b).cos()
 }
 
 /// Moves of the truth from its bin, with noise on every time and this share of rows with a wait.
-fn moves_of(truth: &Arm, count: usize, waits: f64, seed: u64) -> Vec<TimedMove> {
+pub fn moves_of(truth: &Arm, count: usize, waits: f64, seed: u64) -> Vec<TimedMove> {
     let mut rng = random_stream(seed, 0);
     let bin = Point2::new(1.0, -0.55);
     let mut now = 0.0;
@@ -92,7 +92,7 @@ fn moves_of(truth: &Arm, count: usize, waits: f64, seed: u64) -> Vec<TimedMove> 
     (0..count).map(&mut draw).collect()
 }
 
-fn fit(moves: &[TimedMove], options: &FitOptions) -> ArmFit {
+pub fn fit(moves: &[TimedMove], options: &FitOptions) -> ArmFit {
     let fit = fit_line(&guess(), moves, options).unwrap();
     fit.arms.into_iter().next().unwrap().unwrap()
 }
@@ -118,7 +118,7 @@ fn coverage(truth: &Arm, law: FitLaw, waits: f64, expected: &[(&str, f64)]) -> V
     (0..expected.len()).map(sum).collect()
 }
 
-const DWELL: &str = "grasp_time + release_time";
+pub const DWELL: &str = "grasp_time + release_time";
 
 /// Parameters are inside their 95 % intervals in at least 90 of 100 runs, with and without waits.
 #[test]
@@ -146,7 +146,7 @@ fn intervals_contain_the_truth() {
     }
 }
 
-fn value(fit: &ArmFit, name: &str) -> Option<f64> {
+pub fn value(fit: &ArmFit, name: &str) -> Option<f64> {
     let mut named = fit.parameters.iter();
     named.find(|p| p.name == name).unwrap().value
 }

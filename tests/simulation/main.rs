@@ -14,6 +14,7 @@ mod engines;
 mod events;
 mod failures;
 mod fit;
+mod fit_doubts;
 mod flow;
 mod outages;
 mod queueing;

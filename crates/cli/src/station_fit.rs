@@ -4,9 +4,11 @@ use super::args::{FitArgs, LawArg, OutputFormat, StationChoice};
 use super::outputs::{Outputs, WHOLE, rendered};
 use super::session::Session;
 use super::settings::{check_threads, on_threads};
+use super::warnings::warn;
 use pickline::error::{Error, Result};
 use pickline::files;
 use pickline::fit::{FitLaw, FitOptions, TimedMove, fit_line, fitted_station, read_moves};
+use pickline::plausible::Warning;
 #[cfg(feature = "mcap")]
 use pickline::station::{Overrides, parse};
 use pickline::station::{Station, to_toml};
@@ -18,6 +20,8 @@ use pickline_report::{
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
+/// The station of verbs that are given none.
+const USUAL: &str = "paper";
 /// How an MCAP file begins.
 const MCAP: [u8; 6] = *b"\x89MCAP0";
 
@@ -106,8 +110,17 @@ impl FitArgs {
 
     fn read_csv(&self) -> Result<MovesSource> {
         let name = self.moves.display().to_string();
-        let (station, station_name) = self.load(self.station.as_deref().unwrap_or("paper"))?;
+        let (station, station_name) = self.load(self.station.as_deref().unwrap_or(USUAL))?;
         let text = files::read_text(&self.moves)?;
+        if self.station.is_none() {
+            // Unlike a recording, a file of moves does not say of which line it is.
+            let assumed = Warning::new(
+                "--station",
+                format!("not given: {name} is taken for moves of the built-in station {USUAL}"),
+                "give the station that the moves are of",
+            );
+            warn(self.strict, [assumed])?;
+        }
         let read = read_moves(&text, &name, &station)?;
         Ok(MovesSource {
             station,

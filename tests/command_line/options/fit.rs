@@ -21,8 +21,21 @@ pub const ROWS: &[Row] = &[
         rig.done(&call(verb, "m.csv"));
         rig.refused(
             &format!("{verb} m.csv"),
-            &["m.csv:2: robot", "`a`", "known: r1, r2"],
+            &[
+                "warning: --station: not given: m.csv is taken for moves of the built-in station paper",
+                "m.csv:2: robot",
+                "`a`",
+                "known: r1, r2",
+            ],
         );
+        // By number they are taken for those of the usual station, but its bins are elsewhere.
+        rig.write("numbers.csv", &moves(0.5).replace("a,", "1,"));
+        rig.refused(
+            &format!("{verb} numbers.csv"),
+            &["robot `r1`: line 2: releases at (1, 0)", "--station"],
+        );
+        let own = rig.done(&call(verb, "numbers.csv"));
+        assert_eq!(own.stderr, "");
     }),
     row(&FIT, "--law", |rig, verb| {
         let law = |flags: &str| {
@@ -77,7 +90,21 @@ pub const ROWS: &[Row] = &[
             (rows[0][2].as_str(), rows[1][2].as_str()),
             ("parameter", "speed")
         );
-        assert!(text("--format table").starts_with("| robot | law "));
+        let table = text("--format table");
+        assert!(table.starts_with("| robot | law "));
+        assert!(table.contains("| error, median [ms] | 95 % [ms] | outliers [%] |"));
+        assert!(
+            table.contains("note      a: all stamps are multiples of 2 ms"),
+            "{table}"
+        );
+        assert_eq!(number(&json, "/robots/0/stamp_step_s"), 0.002);
+        assert_eq!(number(&json, "/robots/0/outlier_share"), 0.0);
+        let points = text("--format csv --law table");
+        let first = points
+            .lines()
+            .find(|line| line.contains(",travel,"))
+            .unwrap();
+        assert!(first.contains(",s,0,0,,,\"extrapolated"), "{first}");
         assert_eq!(text(""), text("--format table"));
     }),
     row(&FIT, "--out", |rig, verb| {
@@ -140,9 +167,9 @@ fn moves(speed: f64) -> String {
     rows(speed, |_| 0.0)
 }
 
-/// The same, 1 ms too long or too short by turns.
+/// The same, up to 1 ms too long or too short, and no multiple of any step.
 fn noisy() -> String {
-    rows(0.5, |i| if i * i % 7 < 3 { 0.001 } else { -0.001 })
+    rows(0.5, |i| 0.001 * f64::from(i * i).sin())
 }
 
 fn rows(speed: f64, off: impl Fn(u32) -> f64) -> String {
@@ -152,7 +179,7 @@ fn rows(speed: f64, off: impl Fn(u32) -> f64) -> String {
         let way = 0.05 + 0.011 * f64::from(i);
         let (depart, travel) = (10.0 * f64::from(i), way / speed + off(i));
         let grasp = depart + travel;
-        let release = grasp + 0.3 + way / speed + 0.2;
+        let release = grasp + 0.3 + way / speed + off(i + 40) + 0.2;
         text += &format!("a,1,0,{},0,{depart},{grasp},1,0,{release}\n", 1.0 - way);
     }
     text

@@ -44,7 +44,7 @@ pub(super) fn csv(report: &FitReport) -> String {
             high: point
                 .interval
                 .and_then(|interval| interval.high.map(Displayed)),
-            remark: "",
+            remark: point.remark(),
         });
         parameters.chain(table)
     });

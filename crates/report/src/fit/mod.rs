@@ -28,8 +28,8 @@ impl VerbReport for FitReport {
         Some(&self.made)
     }
 
-    fn to_table(&self, _shown: &Presentation) -> String {
-        text::text(self)
+    fn to_table(&self, shown: &Presentation) -> String {
+        text::text(self, shown)
     }
 
     fn to_csv(&self) -> String {

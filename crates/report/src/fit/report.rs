@@ -1,7 +1,7 @@
 //! The figures of a fit.
 
 use crate::provenance::Provenance;
-use pickline::fit::{ArmFit, FittedParameter, HalfOpen, LineFit, MoveResidual};
+use pickline::fit::{ArmFit, FitError, FittedParameter, HalfOpen, LineFit, MoveResidual};
 use pickline::kinematics::TravelLaw;
 use pickline::station::Station;
 use serde::Serialize;
@@ -36,12 +36,18 @@ pub struct ArmFitReport {
     pub times: usize,
     /// How many of the times were taken for outliers.
     pub outliers: usize,
+    /// Their share of the times.
+    pub outlier_share: f64,
     /// Lines of the outliers in the file, or numbers of their tasks.
     pub outlier_lines: Vec<u64>,
     /// Standard deviation of the other times around the law, robustly [s].
     pub scale_s: f64,
-    /// The error of predicted times.
+    /// The step of which all stamps are multiples [s]; `None` if there is none.
+    pub stamp_step_s: Option<f64>,
+    /// The error of predicted times, outliers included.
     pub error: PredictionReport,
+    /// The error of predicted times that are no outliers.
+    pub error_without_outliers: PredictionReport,
     /// The parameters.
     pub parameters: Vec<ParameterReport>,
     /// The points of a table; empty for other laws.
@@ -52,7 +58,7 @@ pub struct ArmFitReport {
     pub residuals: Vec<ResidualReport>,
 }
 
-/// How far predicted times are from recorded ones that the fit did not use, without outliers.
+/// How far predicted times are from recorded ones that the fit did not use.
 #[derive(Debug, Clone, Serialize)]
 #[non_exhaustive]
 pub struct PredictionReport {
@@ -90,6 +96,8 @@ pub struct TablePointReport {
     pub time_s: f64,
     /// Its 95 % interval [s].
     pub interval: Option<HalfOpen>,
+    /// Whether no move was so short or so long: the time continues the slope of the measured ones.
+    pub extrapolated: bool,
 }
 
 /// One recorded time.
@@ -147,7 +155,7 @@ impl ArmFitReport {
             TravelLaw::Table(points) => points.as_slice(),
             _ => &[],
         };
-        let table = points.iter().zip(&fit.table);
+        let table = points.iter().zip(&fit.table).enumerate();
         let outliers = fit.residuals.iter().filter(|residual| residual.is_outlier);
         let mut outlier_lines: Vec<u64> = outliers.map(|residual| residual.line).collect();
         outlier_lines.dedup();
@@ -157,23 +165,45 @@ impl ArmFitReport {
             moves: fit.moves,
             times: fit.residuals.len(),
             outliers: fit.outliers(),
+            outlier_share: fit.outliers() as f64 / fit.residuals.len().max(1) as f64,
             outlier_lines,
             scale_s: fit.scale,
-            error: PredictionReport {
-                median_s: fit.error.median,
-                p95_s: fit.error.worst,
-                held_out: fit.error.count,
-            },
+            stamp_step_s: fit.step,
+            error: PredictionReport::new(fit.error),
+            error_without_outliers: PredictionReport::new(fit.error_without_outliers),
             parameters: fit.parameters.iter().map(ParameterReport::new).collect(),
             table: table
-                .map(|(&(length_m, time_s), &interval)| TablePointReport {
-                    length_m,
-                    time_s,
-                    interval,
-                })
+                .map(
+                    |(index, (&(length_m, time_s), &interval))| TablePointReport {
+                        length_m,
+                        time_s,
+                        interval,
+                        extrapolated: !fit.measured.contains(&index),
+                    },
+                )
                 .collect(),
             notes: fit.notes.clone(),
             residuals: fit.residuals.iter().map(ResidualReport::new).collect(),
+        }
+    }
+}
+
+impl PredictionReport {
+    fn new(error: FitError) -> Self {
+        Self {
+            median_s: error.median,
+            p95_s: error.worst,
+            held_out: error.count,
+        }
+    }
+}
+
+impl TablePointReport {
+    /// What a reader must know about the point; may be empty.
+    pub(super) fn remark(&self) -> &'static str {
+        match self.extrapolated {
+            true => "extrapolated from its neighbours, not measured",
+            false => "",
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::report::{ArmFitReport, FitReport, ParameterReport, TablePointReport};
 use crate::columns::TableColumns;
+use crate::presentation::Presentation;
 use crate::table::fixed;
 use pickline::error::{counted, rounded};
 use pickline::fit::HalfOpen;
@@ -9,17 +10,22 @@ use pickline::fit::HalfOpen;
 /// Significant digits of parameters.
 const DIGITS: usize = 4;
 
-pub(super) fn text(report: &FitReport) -> String {
+pub(super) fn text(report: &FitReport, shown: &Presentation) -> String {
     let robots = TableColumns::new()
         .with("<robot", |robot: &&ArmFitReport| robot.name.clone())
         .with("<law", |robot| robot.law.to_owned())
         .with("moves", |robot| robot.moves.to_string())
         .with("times", |robot| robot.times.to_string())
-        .with("outliers", |robot| robot.outliers.to_string())
         .with("error, median [ms]", |robot| {
             milliseconds(robot.error.median_s)
         })
         .with("95 % [ms]", |robot| milliseconds(robot.error.p95_s))
+        .with("outliers [%]", |robot| {
+            fixed(100.0 * robot.outlier_share, 1)
+        })
+        .with("95 % without [ms]", |robot| {
+            milliseconds(robot.error_without_outliers.p95_s)
+        })
         .table(&report.robots);
     let parameters = report.robots.iter().flat_map(|robot| {
         let parameters = robot.parameters.iter();
@@ -41,12 +47,13 @@ pub(super) fn text(report: &FitReport) -> String {
     let tables: String = report.robots.iter().map(table_text).collect();
     let notes = report.robots.iter().flat_map(|robot| {
         let notes = robot.notes.iter();
-        notes.map(move |note| format!("note      {}: {note}\n", robot.name))
+        notes.map(move |note| format!("note      {}: {}\n", robot.name, shown.spelled(note)))
     });
     let notes: String = notes.collect();
     format!(
-        "{robots}{parameters}{tables}error     of times that the fit did not use: each fifth of \
-         the moves was held out once, outliers apart\n{notes}{}{}",
+        "{robots}{parameters}{tables}error     of all times that are predicted, by fits that did not \
+         use them: each fifth of the moves was held out once; outliers have no influence on fits\n\
+         {notes}{}{}",
         source_lines(report),
         report.made.lines()
     )
@@ -78,6 +85,7 @@ fn table_text(robot: &ArmFitReport) -> String {
         .with("path [m]", |point| fixed(point.length_m, 4))
         .with("time [s]", |point| fixed(point.time_s, 4))
         .with("<95 % interval", |point| interval(point.interval))
+        .with("<remark", |point| point.remark().to_owned())
         .table(&robot.table)
 }
 
