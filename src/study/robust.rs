@@ -4,7 +4,7 @@
 use super::notes::{Note, RobustBasis, RobustNote};
 use super::patterns::{independent_events, with_draws};
 use crate::dispatch::RuleAssignment;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, shown};
 use crate::experiment::{Case, training_set};
 use crate::optimize::{
     Environment, Evaluator, Grasp, Limits, MostRuns, Objective, Optimum, Ranked, Search, SpeedScan,
@@ -69,6 +69,51 @@ impl Default for RobustTraining {
 }
 
 impl RobustTraining {
+    /// What the texts of an assignment, `robust`, or of a source of patterns, `set`, ask for. Without
+    /// both, the search is on the paper's set, if `paper`, or on patterns like those that are scored.
+    /// `items`, `station` and `seed` are as for [`RobustTraining::on`].
+    ///
+    /// # Errors
+    /// Both texts; rules or a set that cannot be read, or that do not fit the station.
+    pub fn named(
+        robust: Option<&str>,
+        set: Option<&str>,
+        items: Option<usize>,
+        paper: bool,
+        (station, seed): (&Station, u64),
+    ) -> Result<Self> {
+        let text = match (robust, set) {
+            (None, None) if paper => return Ok(Self::Paper { items }),
+            (None, None) => return Ok(Self::LikeScored { items }),
+            (Some(rules), None) => {
+                let rules = rules.parse().map_err(|error: Error| error.at("'robust'"))?;
+                return Ok(Self::Given(rules));
+            }
+            (None, Some(set)) => set,
+            (Some(_), Some(_)) => {
+                return Err(Error::usage(
+                    "'training'",
+                    "there is nothing to train, as 'robust' gives the assignment",
+                    "leave one of the two out",
+                ));
+            }
+        };
+        let source = text.parse::<PatternSource>();
+        let source = source.map_err(|error| error.at("'training'"))?;
+        if let PatternSource::Feed {
+            feed, flow: None, ..
+        } = &source
+            && feed.file().is_none()
+        {
+            return Err(Error::usage(
+                format!("'training' {}", shown(text)),
+                format!("the feed {feed} needs its own flow here"),
+                "include it in the set, for example 'training' random:60/min:5",
+            ));
+        }
+        Self::on(&source, items, station, seed)
+    }
+
     /// A search on the patterns of `source`, with `items` items in each or 150, drawn for
     /// `station` from `seed`.
     ///

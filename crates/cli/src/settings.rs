@@ -8,10 +8,8 @@ use super::session::tell;
 use super::warnings::warn;
 use pickline::error::{Error, Result, shown, shown_number};
 use pickline::files;
-use pickline::optimize::{Limits, MostRuns};
-use pickline::pattern::{
-    self, Attributes, ClassShares, Distribution, Feed, FeedShape, Pattern, PatternSource, grid,
-};
+use pickline::optimize::Limits;
+use pickline::pattern::{self, Attributes, Feed, FeedShape, Pattern, grid};
 use pickline::planning::Budget;
 use pickline::plausible::{CLUSTER_SPREAD, FLOW, GAP_LENGTH};
 use pickline::sim::{Conditions, Disturbances};
@@ -20,7 +18,6 @@ use pickline::strategies::{self, StrategySpec};
 use pickline::study::{DEFAULT_GRID, RobustTraining, ScoredPatterns};
 use std::io::Read as _;
 use std::path::Path;
-use std::time::{Duration, Instant};
 
 impl StationChoice {
     /// The flag and file that the station comes from.
@@ -197,46 +194,20 @@ impl PatternSetArgs {
     }
 }
 
-/// The flag that names the training set.
-const TRAINING_FLAG: &str = "--train-patterns";
-
 impl TrainingArgs {
     /// How robust GT (game theory) is found for `station`: as asked for, otherwise on the
     /// paper's set, if `paper`, or on patterns like those scored.
     ///
     /// # Errors
-    /// Rules or a set that cannot be read, or that do not fit the station.
+    /// As for [`RobustTraining::named`].
     pub(crate) fn resolve(
         &self,
         station: &Station,
         seed: u64,
         paper: bool,
     ) -> Result<RobustTraining> {
-        let items = self.train_items;
-        if let Some(text) = &self.robust {
-            let rules = text.parse().map_err(|e: Error| e.at("--robust"))?;
-            return Ok(RobustTraining::Given(rules));
-        }
-        let Some(text) = &self.train_patterns else {
-            return Ok(match paper {
-                true => RobustTraining::Paper { items },
-                false => RobustTraining::LikeScored { items },
-            });
-        };
-        let source = text.parse::<PatternSource>();
-        let source = source.map_err(|e| e.at(TRAINING_FLAG))?;
-        if let PatternSource::Feed {
-            feed, flow: None, ..
-        } = &source
-            && feed.file().is_none()
-        {
-            return Err(Error::usage(
-                format!("{TRAINING_FLAG} {}", shown(text)),
-                format!("the feed {feed} needs its own flow here"),
-                format!("include it in the set, for example {TRAINING_FLAG} random:60/min:5"),
-            ));
-        }
-        RobustTraining::on(&source, items, station, seed)
+        let (robust, set) = (self.robust.as_deref(), self.train_patterns.as_deref());
+        RobustTraining::named(robust, set, self.train_items, paper, (station, seed))
     }
 }
 
@@ -244,24 +215,14 @@ impl AttributeArgs {
     /// The distributions of the item attributes.
     ///
     /// # Errors
-    /// A text that is not a distribution.
+    /// As for [`Attributes::named`].
     pub(crate) fn resolve(&self) -> Result<Attributes> {
-        let read = |text: &Option<String>, flag: &str| -> Result<Option<Distribution>> {
-            let read = |text: &String| {
-                text.parse()
-                    .map_err(|e: Error| e.at(&format!("{flag} {text}")))
-            };
-            text.as_ref().map(read).transpose()
-        };
-        let classes = self.classes.as_deref().map(|text| {
-            text.parse::<ClassShares>()
-                .map_err(|e: Error| e.at(&format!("--classes {}", shown(text))))
-        });
-        Ok(Attributes::default()
-            .with_area_cm2(read(&self.area, "--area")?)
-            .with_p_detection(read(&self.p_detection, "--p-detection")?)
-            .with_p_grasp(read(&self.p_grasp, "--p-grasp")?)
-            .with_classes(classes.transpose()?))
+        Attributes::named(
+            self.area.as_deref(),
+            self.p_detection.as_deref(),
+            self.p_grasp.as_deref(),
+            self.classes.as_deref(),
+        )
     }
 }
 
@@ -457,29 +418,8 @@ impl LimitArgs {
     /// The limits of a search.
     ///
     /// # Errors
-    /// An invalid time.
+    /// As for [`Limits::of`].
     pub(crate) fn resolve(&self) -> Result<Limits> {
-        let seconds = |limit: f64| {
-            let time = Duration::try_from_secs_f64(limit).ok();
-            let time = time.filter(|time| !time.is_zero() && limit <= LONGEST);
-            time.ok_or_else(|| {
-                Error::usage(
-                    "--time-limit",
-                    format!("{} is not a time for a search", shown_number(limit)),
-                    format!("give seconds, above 0 and up to {LONGEST:e}"),
-                )
-            })
-        };
-        let time = self.time_limit.map(seconds).transpose()?;
-        Ok(Limits::default()
-            .with_runs(match self.max_runs {
-                None => MostRuns::Usual,
-                Some(0) => MostRuns::Any,
-                Some(runs) => MostRuns::Of(runs),
-            })
-            .with_until(time.map(|time| Instant::now() + time)))
+        Limits::of(self.max_runs, self.time_limit)
     }
 }
-
-/// The longest accepted time limit [s]; a longer one is treated as a typing mistake.
-const LONGEST: f64 = 1e7;

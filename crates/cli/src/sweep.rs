@@ -1,7 +1,6 @@
 //! `pickline sweep`.
 
 use super::args::{Common, Pictures, StationChoice, SweepArgs};
-use super::flags;
 use super::outputs::WHOLE;
 use super::pictures;
 use super::progress::Bar;
@@ -154,18 +153,12 @@ impl SweepPlan {
         let swept = self.common.on_threads(|| study.run(&environment))?;
         let (command, scored) = (session.command(), &study.set().description);
         let (name, seed) = (&self.choice.station, self.common.seed);
-        let made = Provenance::new(&command, name, &self.station, scored, seed)
-            .under(&self.conditions)
-            .of_parts(swept.sweep.values.len(), swept.sweep.planned, "values");
-        Ok(SweepReport::new(
-            &swept.sweep,
-            self.axis,
-            study.is_papers_case(),
-            flags::in_notes(&swept.notes),
-            flags::flag,
-            made,
-        )
-        .with_thresholds(swept.thresholds.as_ref()))
+        let made =
+            Provenance::new(&command, name, &self.station, scored, seed).under(&self.conditions);
+        let with_paper = study.is_papers_case();
+        Ok(SweepReport::of_study(
+            &swept, self.axis, with_paper, &WHOLE, made,
+        ))
     }
 
     /// Warns about implausible lines at the ends of the range; the values between them are no
