@@ -221,7 +221,7 @@ class Report:
         """
 
 def arrow_stream(columns: dict[str, NDArray[Any]]) -> Any:
-    """A capsule with the table of these columns, for ``__arrow_c_stream__``. The reader takes its memory over."""
+    """A capsule with the table of these columns, for ``__arrow_c_stream__``. Its reader has the memory."""
 
 def compare(
     station: Station,
@@ -328,7 +328,7 @@ def check(
     update_hz: float,
     call: str,
 ) -> Report:
-    """The report of a :class:`pickline.Verification` of a file of picks; ``call`` is how it says who made it."""
+    """The report of a :class:`pickline.Verification` of a file of picks; ``call`` says who made it."""
 
 def import_mot(
     file: str | os.PathLike[str],

@@ -89,7 +89,9 @@ class Optimum(Result):
     unit: str
     """Its unit."""
     stop_reason: str
-    """Why the search ended, ``enumerated``, ``local_optima``, ``budget``, ``time_limit`` or ``interrupted``."""
+    """Why the search ended, in snake case: ``enumerated``, ``local_optima``, ``budget``,
+    ``time_limit`` or ``interrupted``.
+    """
     runs: int
     """Number of simulated runs: one assignment on one pattern at one belt speed each."""
     ranking: Ranking

@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict};
 use std::sync::Arc;
 
-/// A capsule with the table of these columns, for ``__arrow_c_stream__``. The reader takes its memory over.
+/// A capsule with the table of these columns, for ``__arrow_c_stream__``. Its reader has the memory.
 #[pyfunction]
 pub(crate) fn arrow_stream<'py>(
     py: Python<'py>,

@@ -10,7 +10,7 @@ use pickline_report::{Provenance, VerificationReport};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
-/// The report of a :class:`pickline.Verification` of a file of picks; ``call`` is how it says who made it.
+/// The report of a :class:`pickline.Verification` of a file of picks; ``call`` says who made it.
 #[pyfunction]
 #[pyo3(signature = (station, pattern, picks, *, tolerance, camera_x, update_hz, call))]
 #[expect(clippy::too_many_arguments, reason = "the options of the program")]

@@ -106,7 +106,7 @@ impl SweepReport {
             })
         });
         let rows = CsvRows::of(rows).renamed(|name| self.column_name(name));
-        self.has_purity().then(|| rows)
+        self.has_purity().then_some(rows)
     }
 
     /// The thresholds, with what each gives on the training patterns and on fresh ones.
