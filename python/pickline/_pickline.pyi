@@ -1,6 +1,7 @@
 """The Rust side: stations, patterns and environments."""
 
 import os
+from collections.abc import Callable
 from typing import Any, Self
 
 import numpy as np
@@ -103,6 +104,13 @@ class Pattern:
         true_class: list[str | None] | None = None,
     ) -> Self: ...
     @staticmethod
+    def from_frame(frame: Any) -> Pattern:
+        """The pattern of a data frame of pandas or polars, with the columns of a pattern file: ``x`` and
+        ``y``, and any of ``id``, ``area_cm2``, ``p_detection``, ``p_grasp``, ``weight``, ``class`` and
+        ``true_class``. NaN and null are unknown values. Another column is a ``ValueError``.
+        """
+
+    @staticmethod
     def from_csv(path: str | os.PathLike[str]) -> Pattern:
         """Read a pattern file."""
 
@@ -165,12 +173,185 @@ def patterns(
 def simulate(
     station: Station,
     pattern: Pattern,
-    strategy: str,
+    strategy: Any,
     conditions: dict[str, Any],
     seed: int,
     bound: bool,
+    progress: Callable[[int, int, str], object] | None,
+    call: str,
 ) -> dict[str, Any]:
     """The parts of a :class:`pickline.Simulation`."""
+
+class Run:
+    """A run, in every form in which the program prints and writes it."""
+
+    def text(self) -> str:
+        """The text that the program prints."""
+
+    def csv(self) -> str:
+        """The attempts as CSV."""
+
+    def json(self) -> str:
+        """The whole report as JSON."""
+
+    def page(self) -> str | None:
+        """The page that replays the run, if it has not more items than a page can show."""
+
+class Report:
+    """What a call found, in every form in which the program prints and writes it."""
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C ended the work early."""
+    def text(self) -> str:
+        """The text that the program prints."""
+
+    def csv(self) -> str:
+        """The main table as CSV."""
+
+    def json(self) -> str:
+        """The whole report as JSON."""
+
+    def page(self) -> str | None:
+        """The page with tables and charts, if the report has one."""
+
+    def tables(self) -> dict[str, dict[str, tuple[str, NDArray[Any] | list[str]]]]:
+        """The columns of every CSV file of the report: by the file's name and the field, the name in the
+        file and the values.
+        """
+
+def arrow_stream(columns: dict[str, NDArray[Any]]) -> Any:
+    """A capsule with the table of these columns, for ``__arrow_c_stream__``. Its reader has the memory."""
+
+def compare(
+    station: Station,
+    cases: str,
+    *,
+    strategy: list[Any],
+    replicates: int,
+    reference: str,
+    robust: str | None,
+    train_patterns: str | None,
+    train_items: int | None,
+    paper: bool,
+    greedy: bool,
+    policy: bool,
+    bound: bool,
+    area: str | None,
+    p_detection: str | None,
+    p_grasp: str | None,
+    classes: str | None,
+    seed: int,
+    conditions: dict[str, Any],
+    progress: Callable[[int, int, str], object] | None,
+    call: str,
+) -> Report:
+    """The report of a :class:`pickline.Comparison`; ``call`` is how it says who made it."""
+
+def sweep(
+    station: Station,
+    sweep: str,
+    *,
+    strategy: list[Any],
+    patterns: str,
+    items: int | None,
+    flow: float | None,
+    from_: float | None,
+    to: float | None,
+    step: float | None,
+    purity: float | None,
+    robust: str | None,
+    train_patterns: str | None,
+    train_items: int | None,
+    greedy: bool,
+    bound: bool,
+    area: str | None,
+    p_detection: str | None,
+    p_grasp: str | None,
+    classes: str | None,
+    seed: int,
+    conditions: dict[str, Any],
+    progress: Callable[[int, int, str], object] | None,
+    call: str,
+) -> Report:
+    """The report of a :class:`pickline.Sweep`; ``call`` is how it says who made it."""
+
+def optimize(
+    station: Station,
+    *,
+    strategy: list[Any],
+    patterns: str,
+    items: int | None,
+    flow: float | None,
+    objective: str,
+    risk: str,
+    search: str,
+    starts: int,
+    alpha: float,
+    speed_step: float,
+    max_runs: int | None,
+    time_limit: float | None,
+    validate: int | None,
+    bound: bool,
+    area: str | None,
+    p_detection: str | None,
+    p_grasp: str | None,
+    classes: str | None,
+    seed: int,
+    conditions: dict[str, Any],
+    progress: Callable[[int, int, str], object] | None,
+    call: str,
+) -> Report:
+    """The report of a :class:`pickline.Optimum`; ``call`` is how it says who made it."""
+
+def bound(
+    station: Station,
+    pattern: Pattern,
+    *,
+    weight: bool,
+    slot: float | None,
+    iterations: int,
+    seed: int,
+    conditions: dict[str, Any],
+    progress: Callable[[int, int, str], object] | None,
+    call: str,
+) -> Report:
+    """The report of a :class:`pickline.Bound`; ``call`` is how it says who made it."""
+
+def check(
+    station: Station,
+    pattern: Pattern,
+    picks: str | os.PathLike[str],
+    *,
+    tolerance: float,
+    camera_x: float | None,
+    update_hz: float,
+    call: str,
+) -> Report:
+    """The report of a :class:`pickline.Verification` of a file of picks; ``call`` says who made it."""
+
+def import_mot(
+    file: str | os.PathLike[str],
+    *,
+    fps: float,
+    scale: float,
+    axis: str,
+    belt_speed: float,
+    form: str | None,
+    boxes: str | None,
+    image_size: tuple[float, float] | None,
+    reverse: bool,
+    angle: float,
+    centre_px: float | None,
+    min_frames: int,
+    split_distance: float,
+    merge_distance: float,
+    class_names: str | None,
+    accept_mismatch: bool,
+) -> tuple[Pattern, str, list[str], list[str]]:
+    """The parts of a :class:`pickline.Import`: the pattern, the report as JSON, what was read, dropped and
+    measured in words, and warnings.
+    """
 
 def program(words: list[str]) -> int:
     """Run the program with these words, of which the first is its name; returns its exit code."""

@@ -11,12 +11,17 @@ from numpy.typing import NDArray
 
 from pickline import _pickline
 from pickline._pickline import Pattern, Station
+from pickline._progress import Progress, watcher
+from pickline._strategies import Strategy
+from pickline._html import in_notebook
+from pickline.columns import Columns
+from pickline.result import call_text
 
 __all__ = ["Picks", "Simulation", "simulate"]
 
 
 @dataclass(frozen=True, eq=False)
-class Picks:
+class Picks(Columns):
     """Picks in order of decision, one array a column, all of shape [picks].
 
     ========== ======= ====================================================================
@@ -41,17 +46,10 @@ class Picks:
     x: NDArray[np.float64]
     y: NDArray[np.float64]
 
-    def __len__(self) -> int:
-        return len(self.item)
 
-    def to_dict(self) -> dict[str, NDArray[Any]]:
-        """The columns by name, as ``pandas.DataFrame`` and ``polars.DataFrame`` take them."""
-        return dict(vars(self))
-
-
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Simulation:
-    """What came of a run, verified by the independent checker."""
+    """What came of a run, verified by the independent checker; ``print`` shows the program's tables."""
 
     strategy: str
     """The full name of the strategy."""
@@ -93,6 +91,22 @@ class Simulation:
     """The picking rate that no strategy can exceed [1/min], if asked for and found."""
     notes: list[str]
     """Remarks on the settings."""
+    report: _pickline.Run
+    """The run, from which every other form is made."""
+
+    def to_csv(self) -> str:
+        """The attempts as the program's CSV, with comments on where they come from."""
+        return self.report.csv()
+
+    def to_json(self) -> str:
+        """Everything, as the program's JSON."""
+        return self.report.json()
+
+    def __str__(self) -> str:
+        return self.report.text()
+
+    def _repr_html_(self) -> str:
+        return in_notebook(self.report.page(), self.report.text(), repr(self))
 
     def __repr__(self) -> str:
         return (
@@ -129,10 +143,11 @@ def as_station(station: Station | str | os.PathLike[str]) -> Station:
 def simulate(
     station: Station | str | os.PathLike[str],
     pattern: Pattern,
-    strategy: str = "SPT,FIFO",
+    strategy: Strategy = "SPT,FIFO",
     *,
     seed: int = 1,
     bound: bool = False,
+    progress: Progress = False,
     **under: Any,
 ) -> Simulation:
     """Simulate ``strategy`` on ``pattern`` and verify the run with the independent checker.
@@ -143,9 +158,11 @@ def simulate(
         station: A station, the name of a built-in one, or a station file.
         pattern: The items that arrive.
         strategy: As after ``--strategy`` of the program: rules such as ``SPT,FIFO``, ``lookahead``,
-            ``onnx``, ``onnx:FILE``.
+            ``onnx``, ``onnx:FILE``; or a callable, see :mod:`pickline.strategy`. It is called with the
+            GIL; what it raises comes out as itself.
         seed: Seed of everything random in the run, and of the search for bases.
         bound: Whether to also find what no strategy can exceed.
+        progress: True for a bar by tqdm, or a callable; see :mod:`pickline`.
         **under: Conditions of the run:
 
             * ``update_hz``: decisions only at multiples of 1 / this [Hz]; 0 for any time
@@ -156,13 +173,16 @@ def simulate(
             * ``misdetections``: whether detections may be wrong
 
     Raises:
-        ValueError: A value, a strategy or a pattern that does not fit the station.
+        ValueError: A value, a strategy or a pattern that does not fit the station, or an action of a
+            callable that is not one.
         OSError: A file that cannot be read.
         KeyboardInterrupt: Ctrl-C.
     """
-    parts = _pickline.simulate(
-        as_station(station), pattern, strategy, conditions(**under), seed, bound
-    )
+    call = call_text(simulate, locals())
+    with watcher(progress) as watch:
+        parts = _pickline.simulate(
+            as_station(station), pattern, strategy, conditions(**under), seed, bound, watch, call
+        )
     return Simulation(
         strategy=parts["strategy"],
         **parts["figures"],
@@ -179,4 +199,5 @@ def simulate(
         bound_picked=parts["bound_picked"],
         bound_rate=parts["bound_rate"],
         notes=parts["notes"],
+        report=parts["run"],
     )

@@ -7,6 +7,17 @@ use std::any::Any;
 use std::error::Error as _;
 use std::io;
 
+/// What a setting is called here: a keyword argument, with the name of the program's option, and without
+/// one for what is left out.
+pub(crate) fn spelling(setting: &str) -> String {
+    let option = pickline_cli::flag(setting);
+    let name = option.trim_start_matches('-').replace('-', "_");
+    match name.strip_prefix("no_") {
+        Some(name) => format!("`{name}=False`"),
+        None => format!("`{name}`"),
+    }
+}
+
 /// The exception for `error`, with its place, problem and cure as the message.
 ///
 /// | kind | exception |
@@ -16,8 +27,7 @@ use std::io;
 /// | `Interrupted` | `KeyboardInterrupt` |
 /// | `Refuted`, `Internal` | `RuntimeError` |
 pub(crate) fn exception(error: Error) -> PyErr {
-    // Settings are keyword arguments here.
-    let error = error.spell_settings(|name| format!("`{name}`"));
+    let error = error.spell_settings(spelling);
     let message = error.to_string();
     match error.kind() {
         ErrorKind::Usage | ErrorKind::Input | ErrorKind::IllegalAction => {

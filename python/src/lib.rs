@@ -2,14 +2,27 @@
 //! converts arguments, results and errors, and decides nothing.
 
 mod arrays;
+mod arrow;
 mod batch;
+mod bound;
+mod check;
+mod compare;
 mod conditions;
 mod errors;
+mod frame;
+mod optimize;
 mod pattern;
 mod program;
+mod progress;
+mod report;
+mod run;
 mod scalars;
+mod scored;
 mod simulate;
 mod station;
+mod strategy;
+mod sweep;
+mod tracks;
 mod work;
 
 use pyo3::prelude::*;
@@ -25,6 +38,15 @@ fn _pickline(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<pattern::Pattern>()?;
     module.add_class::<batch::Batch>()?;
     module.add_function(wrap_pyfunction!(pattern::patterns, module)?)?;
+    module.add_class::<report::Report>()?;
+    module.add_class::<run::Run>()?;
     module.add_function(wrap_pyfunction!(simulate::simulate, module)?)?;
+    module.add_function(wrap_pyfunction!(arrow::arrow_stream, module)?)?;
+    module.add_function(wrap_pyfunction!(compare::compare, module)?)?;
+    module.add_function(wrap_pyfunction!(sweep::sweep, module)?)?;
+    module.add_function(wrap_pyfunction!(optimize::optimize, module)?)?;
+    module.add_function(wrap_pyfunction!(bound::bound, module)?)?;
+    module.add_function(wrap_pyfunction!(check::check, module)?)?;
+    module.add_function(wrap_pyfunction!(tracks::import_mot, module)?)?;
     module.add_function(wrap_pyfunction!(program::program, module)?)
 }

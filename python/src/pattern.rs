@@ -1,11 +1,13 @@
 //! Patterns.
 
 use crate::arrays::{array, numbers, optional_names, optional_numbers};
+use crate::frame;
 use crate::scalars;
 use crate::station::Station;
 use crate::work;
 use numpy::PyArray1;
 use pickline::Item;
+use pickline::error::{counted, rounded};
 use pickline::pattern::{self, Attributes, ClassShares, Feed, PatternSource, Recipe};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -42,6 +44,15 @@ impl From<pickline::Pattern> for Pattern {
         Self {
             inner: Arc::new(pattern),
         }
+    }
+}
+
+impl Pattern {
+    /// What it is, in words.
+    pub(crate) fn in_words(&self) -> String {
+        let from = self.inner.items().last().map_or(0.0, |item| item.x0);
+        let items = counted(self.inner.len(), "item");
+        format!("{items}, x from {} m", rounded(from, 3))
     }
 }
 
@@ -114,6 +125,15 @@ impl Pattern {
         let items = (0..x.len()).map(item).collect();
         let pattern = work::quick(py, || pickline::Pattern::new(items))?;
         Ok(pattern.into())
+    }
+
+    /// The pattern of a data frame of pandas or polars, with the columns of a pattern file: ``x`` and
+    /// ``y``, and any of ``id``, ``area_cm2``, ``p_detection``, ``p_grasp``, ``weight``, ``class`` and
+    /// ``true_class``. NaN and null are unknown values. Another column is a ``ValueError``.
+    #[staticmethod]
+    fn from_frame<'py>(frame: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let class = frame.py().get_type::<Self>();
+        class.call((), Some(&frame::arguments(frame)?))
     }
 
     /// Read a pattern file.
@@ -221,8 +241,7 @@ impl Pattern {
     }
 
     fn __repr__(&self) -> String {
-        let from = self.inner.items().last().map_or(0.0, |item| item.x0);
-        format!("<Pattern of {} items, x from {from} m>", self.inner.len())
+        format!("<Pattern of {}>", self.in_words())
     }
 
     fn __copy__(&self) -> Self {

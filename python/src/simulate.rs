@@ -3,14 +3,19 @@
 use crate::arrays::array;
 use crate::conditions::ConditionArguments;
 use crate::pattern::Pattern;
+use crate::report::shown;
+use crate::run::Run;
 use crate::scalars;
 use crate::station::Station;
+use crate::strategy::{Raised, strategy_of};
 use crate::work;
 use pickline::decision::{Figures, Pick};
-use pickline::strategies;
 use pickline::study::{SimulateOptions, simulate_and_check};
+use pickline_report::Provenance;
+use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::sync::Arc;
 
 /// The columns of `picks`, by name.
 pub(crate) fn pick_columns<'py>(py: Python<'py>, picks: &[Pick]) -> PyResult<Bound<'py, PyDict>> {
@@ -44,25 +49,34 @@ pub(crate) fn figures_by_name<'py>(
 
 /// The parts of a :class:`pickline.Simulation`.
 #[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "the options of the program")]
 pub(crate) fn simulate<'py>(
     py: Python<'py>,
     station: &Station,
     pattern: &Pattern,
-    strategy: &str,
+    strategy: &Bound<'_, PyAny>,
     #[pyo3(from_py_with = ConditionArguments::read)] conditions: ConditionArguments,
     #[pyo3(from_py_with = scalars::seed)] seed: u64,
     bound: bool,
+    progress: Option<Bound<'_, PyAny>>,
+    call: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
+    let conditions = conditions.resolve(seed)?;
     let options = SimulateOptions::default()
         .with_seed(seed)
-        .with_conditions(conditions.resolve(seed)?)
+        .with_conditions(conditions.clone())
         .with_check(true)
         .with_bound(bound);
     let (on, of) = (&*station.inner, &*pattern.inner);
-    let run = work::long(py, |environment| {
-        let strategy = strategies::parse(strategy)?;
+    let raised = Raised::default();
+    let strategy = strategy_of(strategy, &raised)?;
+    let worked = raised.or(work::long(py, progress.as_ref(), |environment| {
         simulate_and_check(on, of, &strategy, &options, environment)
-    })?;
+    }))?;
+    if worked.interrupted {
+        return Err(PyKeyboardInterrupt::new_err(()));
+    }
+    let run = worked.value;
     let outcome = &run.outcome;
     let parts = PyDict::new(py);
     parts.set_item("strategy", &run.strategy)?;
@@ -83,10 +97,22 @@ pub(crate) fn simulate<'py>(
     parts.set_item("robot_failed", array(py, robots().map(|r| r.failed as i64)))?;
     parts.set_item("robot_weight", array(py, robots().map(|r| r.weight)))?;
     parts.set_item("robot_busy", array(py, robots().map(|r| r.busy)))?;
-    let notes = run.notes.iter().map(ToString::to_string);
-    parts.set_item("notes", notes.collect::<Vec<_>>())?;
+    parts.set_item("notes", shown().notes(&run.notes))?;
     let bound = run.bound.as_ref();
     parts.set_item("bound_picked", bound.map(|bound| bound.value))?;
     parts.set_item("bound_rate", bound.and_then(|bound| bound.rate))?;
+    let made = Provenance::new(call, &station.name, on, &pattern.in_words(), seed);
+    let run = Run {
+        station: Arc::clone(&station.inner),
+        pattern: Arc::clone(&pattern.inner),
+        name: station.name.clone(),
+        conditions: conditions.with_seed(seed),
+        strategy: run.strategy,
+        outcome: run.outcome,
+        bound: run.bound,
+        class_bounds: run.class_bounds,
+        made: made.under(&conditions),
+    };
+    parts.set_item("run", Py::new(py, run)?)?;
     Ok(parts)
 }

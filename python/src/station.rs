@@ -19,23 +19,59 @@ use std::sync::Arc;
 ///     ValueError: An unknown name, or a value that the model does not allow.
 ///     OSError: A file that cannot be read.
 #[pyclass(frozen, module = "pickline", eq)]
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub(crate) struct Station {
     pub(crate) inner: Arc<pickline::Station>,
+    /// What results call it.
+    pub(crate) name: String,
+    pub(crate) source: Source,
 }
 
-impl From<pickline::Station> for Station {
-    fn from(station: pickline::Station) -> Self {
-        Self {
-            inner: Arc::new(station),
+impl PartialEq for Station {
+    fn eq(&self, other: &Self) -> bool {
+        self.inner == other.inner
+    }
+}
+
+/// What a station was made from, and with which belt speed [m/s] instead of its own: the same line with
+/// another number of robots is made from it again.
+#[derive(Debug, Clone)]
+pub(crate) struct Source {
+    origin: Origin,
+    belt_speed: Option<f64>,
+}
+
+#[derive(Debug, Clone)]
+enum Origin {
+    /// A built-in station, or a file.
+    Named(String),
+    /// The text of a station file, and its name in messages.
+    Text(String, String),
+}
+
+impl Source {
+    /// The station with this number of robots, or as many as its source has.
+    pub(crate) fn station(&self, robots: Option<usize>) -> pickline::Result<pickline::Station> {
+        let overrides = Overrides::default()
+            .with_robots(robots)
+            .with_belt_speed(self.belt_speed);
+        match &self.origin {
+            Origin::Named(name) => station::load(name, overrides),
+            Origin::Text(text, name) => station::parse(text, name, overrides),
         }
     }
 }
 
-fn overrides(robots: Option<usize>, belt_speed: Option<f64>) -> Overrides {
-    Overrides::default()
-        .with_robots(robots)
-        .with_belt_speed(belt_speed)
+impl Station {
+    fn made(py: Python<'_>, source: Source, robots: Option<usize>) -> PyResult<Self> {
+        let station = work::quick(py, || source.station(robots))?;
+        let (Origin::Named(name) | Origin::Text(_, name)) = &source.origin;
+        Ok(Self {
+            inner: Arc::new(station),
+            name: name.clone(),
+            source,
+        })
+    }
 }
 
 #[pymethods]
@@ -48,10 +84,8 @@ impl Station {
         #[pyo3(from_py_with = scalars::optional_count)] robots: Option<usize>,
         belt_speed: Option<f64>,
     ) -> PyResult<Self> {
-        let name = name.to_string_lossy();
-        let overrides = overrides(robots, belt_speed);
-        let station = work::quick(py, || station::load(&name, overrides))?;
-        Ok(station.into())
+        let origin = Origin::Named(name.to_string_lossy().into_owned());
+        Self::made(py, Source { origin, belt_speed }, robots)
     }
 
     /// The station of the text of a station file, which messages call ``name``.
@@ -64,9 +98,8 @@ impl Station {
         #[pyo3(from_py_with = scalars::optional_count)] robots: Option<usize>,
         belt_speed: Option<f64>,
     ) -> PyResult<Self> {
-        let overrides = overrides(robots, belt_speed);
-        let station = work::quick(py, || station::parse(text, name, overrides))?;
-        Ok(station.into())
+        let origin = Origin::Text(text.to_owned(), name.to_owned());
+        Self::made(py, Source { origin, belt_speed }, robots)
     }
 
     /// The names of the built-in stations, the default first.

@@ -1,8 +1,9 @@
 //! Work without the GIL: on threads of this process, with panics as errors, stopped by Ctrl-C.
 
 use crate::errors::{exception, panicked};
-use pickline::optimize::Silent;
+use crate::progress::Watched;
 use pickline::{Environment, Error};
+use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::mem;
@@ -59,45 +60,70 @@ pub(crate) fn parallel<T: Send>(
     quick(py, || pool()?.install(work))
 }
 
-/// Like [`parallel`], for long work, which Ctrl-C asks to stop. What its handler raises is raised when
-/// the work has stopped.
+/// What came of long work.
+pub(crate) struct Worked<T> {
+    pub value: T,
+    /// Whether Ctrl-C ended it early, so that this is only what was found by then.
+    pub interrupted: bool,
+}
+
+/// Like [`parallel`], for long work, which reports its progress to `watcher`, if there is one, and which
+/// Ctrl-C asks to stop. If the work has no result then, and if the signal's handler or `watcher` raises
+/// anything but `KeyboardInterrupt`, that is raised when the work has stopped.
 pub(crate) fn long<T: Send>(
     py: Python<'_>,
+    watcher: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&Environment) -> Result<T, Error> + Send,
-) -> PyResult<T> {
+) -> PyResult<Worked<T>> {
     let stop = AtomicBool::new(false);
+    let watched = Watched::default();
+    let watcher = watcher.map(|watcher| watcher.clone().unbind());
     let mut raised = None;
     let done = quick(py, || {
         let pool = pool()?;
         let (sender, receiver) = channel();
-        let stop = &stop;
+        let (stop, watched) = (&stop, &watched);
         pool.in_place_scope(|scope| {
             scope.spawn(move |_| {
                 let environment = Environment {
                     stop,
-                    progress: &Silent,
+                    progress: watched,
                 };
                 // The receiver is there until the work is done.
                 let _ = sender.send(work(&environment));
             });
+            let mut told = None;
             loop {
-                match receiver.recv_timeout(POLL) {
+                let waited = receiver.recv_timeout(POLL);
+                if raised.is_none() {
+                    raised = Python::attach(|py| {
+                        let tell = || watched.tell(watcher.as_ref()?.bind(py), &mut told);
+                        py.check_signals().err().or_else(tell)
+                    });
+                    stop.store(raised.is_some(), Ordering::Relaxed);
+                }
+                match waited {
                     Ok(done) => return done,
                     // The work has panicked, and the scope says so.
                     Err(RecvTimeoutError::Disconnected) => {
                         return Err(Error::internal("the work has no result"));
-                    }
-                    Err(RecvTimeoutError::Timeout) if raised.is_none() => {
-                        raised = Python::attach(|py| py.check_signals()).err();
-                        stop.store(raised.is_some(), Ordering::Relaxed);
                     }
                     Err(RecvTimeoutError::Timeout) => {}
                 }
             }
         })
     });
-    match raised {
-        Some(error) => Err(error),
-        None => done,
+    match (raised, done) {
+        (None, done) => Ok(Worked {
+            value: done?,
+            interrupted: false,
+        }),
+        (Some(error), Ok(value)) if error.get_type(py).is(py.get_type::<PyKeyboardInterrupt>()) => {
+            Ok(Worked {
+                value,
+                interrupted: true,
+            })
+        }
+        (Some(error), _) => Err(error),
     }
 }

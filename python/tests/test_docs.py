@@ -22,7 +22,7 @@ def test_examples_of_the_readme_run(code, capsys):
 
 
 def test_there_are_examples():
-    assert len(EXAMPLES) == 3
+    assert len(EXAMPLES) == 5
 
 
 def test_examples_of_docstrings_run():
@@ -59,7 +59,7 @@ def test_stubs_are_those_of_the_module():
         seen.add(name)
         if doc is not None:
             assert inspect.getdoc(value) == doc, name
-    for name in ("Station", "Pattern", "Batch"):
+    for name in ("Station", "Pattern", "Batch", "Report", "Run"):
         members = {f"{name}.{member}" for member in vars(getattr(_pickline, name))}
         assert {member for member in members if "._" not in member} <= seen
     public = {name for name in vars(_pickline) if not name.startswith("_")}

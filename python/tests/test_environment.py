@@ -60,7 +60,7 @@ def replay(strategy, seed, *, robots=2, **under):
         _, reward, terminated, truncated, info = env.step(action[0])
         total += reward
         assert terminated == (step == attempts - 1) and not truncated
-    for name in vars(run.picks):
+    for name in run.picks.to_dict():
         assert getattr(line.picks, name).tobytes() == getattr(run.picks, name).tobytes(), name
     for name in ("items", "picked", "weight", "end", "picking_rate", "weighted_rate"):
         assert info[name] == getattr(run, name), name

@@ -5,11 +5,16 @@ use super::grasp::{Grasp, GraspOutcome};
 use super::objective::Risk;
 use super::ranking::Ranking;
 use super::speed_limit::SpeedScan;
+use crate::error::{Error, Result, known_names, shown, shown_number};
 use crate::setters::setters;
-use std::time::Instant;
+use std::time::{Duration, Instant};
+use strum::VariantNames as _;
 
 /// How the best assignment is searched.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, strum::EnumString, strum::IntoStaticStr, strum::VariantNames,
+)]
+#[strum(serialize_all = "lowercase")]
 pub enum SearchKind {
     /// Enumerates if that costs less than GRASP, and also runs GRASP if that adds almost
     /// nothing.
@@ -20,6 +25,22 @@ pub enum SearchKind {
     Grasp,
     /// Both, to measure GRASP's gap to the optimum.
     Both,
+}
+
+impl SearchKind {
+    /// The method with this name: `auto`, `exhaustive`, `grasp` or `both`.
+    ///
+    /// # Errors
+    /// The name is unknown; the message suggests the nearest known one.
+    pub fn named(name: &str) -> Result<Self> {
+        Self::try_from(name).map_err(|_| {
+            Error::usage(
+                "'kind'",
+                format!("unknown search `{}`", shown(name)),
+                known_names(name, Self::VARIANTS),
+            )
+        })
+    }
 }
 
 /// Limit on the runs of a search, including those that break ties; a run is one assignment on
@@ -81,7 +102,37 @@ setters!(Limits {
     fn with_until(until: impl Into<Option<Instant>>);
 });
 
+/// The longest accepted time limit [s]; a longer one is treated as a typing mistake.
+const LONGEST: f64 = 1e7;
+
 impl Limits {
+    /// At most this number of runs, 0 for any number, or the usual one; until this time [s] from now.
+    ///
+    /// # Errors
+    /// An invalid time.
+    pub fn of(runs: Option<u64>, seconds: Option<f64>) -> Result<Self> {
+        let time = |limit: f64| {
+            let time = Duration::try_from_secs_f64(limit).ok();
+            let time = time.filter(|time| !time.is_zero() && limit <= LONGEST);
+            time.ok_or_else(|| {
+                Error::usage(
+                    "'until'",
+                    format!("{} is not a time for a search", shown_number(limit)),
+                    format!("give seconds, above 0 and up to {LONGEST:e}"),
+                )
+            })
+        };
+        let time = seconds.map(time).transpose()?;
+        Ok(Self {
+            runs: match runs {
+                None => MostRuns::Usual,
+                Some(0) => MostRuns::Any,
+                Some(runs) => MostRuns::Of(runs),
+            },
+            until: time.map(|time| Instant::now() + time),
+        })
+    }
+
     /// No limit on runs or time.
     pub const NONE: Self = Self {
         runs: MostRuns::Any,

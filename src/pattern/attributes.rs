@@ -159,6 +159,32 @@ setters!(Attributes {
 });
 
 impl Attributes {
+    /// The attributes that these texts describe: areas [cm^2] and probabilities from distributions,
+    /// and classes with their shares.
+    ///
+    /// # Errors
+    /// A text that is not a distribution, or not a list of classes.
+    pub fn named(
+        area_cm2: Option<&str>,
+        p_detection: Option<&str>,
+        p_grasp: Option<&str>,
+        classes: Option<&str>,
+    ) -> Result<Self> {
+        fn read<T: FromStr<Err = Error>>(setting: &str, text: Option<&str>) -> Result<Option<T>> {
+            let read = |text: &str| {
+                let place = format!("{setting} {}", shown(text));
+                text.parse().map_err(|error: Error| error.at(&place))
+            };
+            text.map(read).transpose()
+        }
+        Ok(Self {
+            area_cm2: read("'area_cm2'", area_cm2)?,
+            p_detection: read("'p_detection'", p_detection)?,
+            p_grasp: read("'p_grasp'", p_grasp)?,
+            classes: read("'classes'", classes)?,
+        })
+    }
+
     /// The pattern with these attributes drawn for every item, in index order.
     ///
     /// # Errors

@@ -4,7 +4,7 @@
 use super::notes::{Note, RobustBasis, RobustNote};
 use super::patterns::{independent_events, with_draws};
 use crate::dispatch::RuleAssignment;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, shown};
 use crate::experiment::{Case, training_set};
 use crate::optimize::{
     Environment, Evaluator, Grasp, Limits, MostRuns, Objective, Optimum, Ranked, Search, SpeedScan,
@@ -70,17 +70,29 @@ impl Default for RobustTraining {
     }
 }
 
-/// The patterns of `source` for training, with `items` items in each or 150, drawn for `station`
-/// from `seed`.
+/// The patterns of a source, `set`, for training, with `items` items in each or 150, drawn for a
+/// station from a seed.
 ///
 /// # Errors
-/// A set that cannot be generated or read, or that does not fit on the belt.
+/// A set that cannot be read or generated, or that does not fit on the belt.
 pub fn training_patterns(
-    source: &PatternSource,
+    set: &str,
     items: Option<usize>,
-    station: &Station,
-    seed: u64,
+    (station, seed): (&Station, u64),
 ) -> Result<PatternSet> {
+    let source = set.parse::<PatternSource>();
+    let source = source.map_err(|error| error.at("'training'"))?;
+    if let PatternSource::Feed {
+        feed, flow: None, ..
+    } = &source
+        && feed.file().is_none()
+    {
+        return Err(Error::usage(
+            format!("'training' {}", shown(set)),
+            format!("the feed {feed} needs its own flow here"),
+            "include it in the set, for example 'training' random:60/min:5",
+        ));
+    }
     let set = source.build(&recipe(station, items.unwrap_or(ITEMS), seed))?;
     for (label, pattern) in set.labels.iter().zip(&set.patterns) {
         let on_belt = pattern.check_on(station);
@@ -90,6 +102,52 @@ pub fn training_patterns(
 }
 
 impl RobustTraining {
+    /// What the texts of an assignment, `robust`, or of a source of patterns, `set`, ask for. Without
+    /// both, the search is on the paper's set, if `paper`, or on patterns like those that are scored.
+    /// `items`, station and seed are as for [`training_patterns`].
+    ///
+    /// # Errors
+    /// Rules or a set that cannot be read, or that do not fit the station; a set or a number of items
+    /// next to rules.
+    pub fn named(
+        robust: Option<&str>,
+        set: Option<&str>,
+        items: Option<usize>,
+        paper: bool,
+        (station, seed): (&Station, u64),
+    ) -> Result<Self> {
+        let Some(rules) = robust else {
+            return Ok(match set {
+                Some(set) => Self::On(training_patterns(set, items, (station, seed))?),
+                None if paper => Self::Paper { items },
+                None => Self::LikeScored { items },
+            });
+        };
+        let useless = [
+            ("'training'", set.is_some()),
+            ("'train_items'", items.is_some()),
+        ];
+        if let Some((setting, _)) = useless.into_iter().find(|(_, is_given)| *is_given) {
+            return Err(Error::usage(
+                setting,
+                "there is nothing to train, as 'robust' gives the assignment",
+                "leave one of the two out",
+            ));
+        }
+        Self::given(rules)
+    }
+
+    /// The assignment with this text.
+    ///
+    /// # Errors
+    /// A text that is none.
+    pub fn given(rules: &str) -> Result<Self> {
+        let rules = rules.parse();
+        rules
+            .map(Self::Given)
+            .map_err(|error: Error| error.at("'robust'"))
+    }
+
     /// Checks that there are patterns to train on, and that an assignment that was given is for
     /// this number of robots.
     ///

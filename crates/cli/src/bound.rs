@@ -97,8 +97,7 @@ impl BoundPlan {
             self.common.seed,
         )
         .under(&self.conditions);
-        let mut report = BoundReport::new(study.scene(), &found.picks, found.weight.as_ref(), made);
-        report.notes = flags::in_notes(&found.notes);
+        let report = BoundReport::of_study(&found, study.scene(), &WHOLE, made);
         self.common
             .deliver(session, &report, &WHOLE, Outputs::default())
     }

@@ -1,7 +1,6 @@
 //! `pickline compare`.
 
 use super::args::{Common, CompareArgs, Pictures, StationChoice};
-use super::flags;
 use super::outputs::WHOLE;
 use super::pictures;
 use super::progress::Bar;
@@ -188,7 +187,6 @@ impl ComparePlan {
             progress: &bar,
         };
         let compared = self.common.on_threads(|| study.run(&environment))?;
-        let (done, planned) = (compared.comparison.cases.len(), compared.comparison.planned);
         let scored = format!(
             "cases {}, random ones {} each under the seeds {} and up",
             identified(&self.cases_name)?,
@@ -197,15 +195,14 @@ impl ComparePlan {
         );
         let (command, seed) = (session.command(), self.common.seed);
         let made = Provenance::new(&command, &self.choice.station, &self.station, &scored, seed)
-            .under(&self.conditions)
-            .of_parts(done, planned, "cases")
-            .of_parts(compared.bounded, planned, "cases' bounds");
+            .under(&self.conditions);
         let paper_cases = matches!(self.cases_name.as_str(), "paper" | "all");
-        Ok(ComparisonReport::new(
-            &compared.comparison,
+        let with_paper = self.with_paper && paper_cases;
+        Ok(ComparisonReport::of_study(
+            &compared,
             paper_cases,
-            self.with_paper && paper_cases,
-            flags::in_notes(&compared.notes),
+            with_paper,
+            &WHOLE,
             made,
         ))
     }

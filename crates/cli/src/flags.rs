@@ -25,7 +25,7 @@ const RENAMED: [(&str, &str); 15] = [
 ];
 
 /// The flag of a setting that a message of the library names: `--update-hz` for `update_hz`.
-pub(crate) fn flag(setting: &str) -> String {
+pub fn flag(setting: &str) -> String {
     let renamed = RENAMED.iter().find(|(name, _)| *name == setting);
     match renamed {
         Some((_, flag)) => format!("--{flag}"),

@@ -42,6 +42,8 @@ mod train;
 mod verification;
 mod warnings;
 
+pub use flags::flag;
+
 use args::{Cli, Command};
 use clap::{CommandFactory as _, Parser as _};
 use pickline::error::{Error, ErrorKind, Result};

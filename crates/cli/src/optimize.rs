@@ -1,7 +1,6 @@
 //! `pickline optimize`.
 
 use super::args::{Common, OptimizeArgs, Pictures, SearchArg, StationChoice};
-use super::flags;
 use super::outputs::WHOLE;
 use super::pictures;
 use super::progress::Bar;
@@ -9,14 +8,13 @@ use super::save::SaveTarget;
 use super::session::Session;
 use super::settings::parse_strategy;
 use pickline::error::{Result, counted};
-use pickline::optimize::{Environment, Grasp, Objective, Risk, SearchKind, SpeedScan, StopReason};
-use pickline::pattern::PatternSet;
+use pickline::optimize::{Environment, Grasp, Objective, Risk, SearchKind, SpeedScan};
 use pickline::plausible::SPEED_STEP;
 use pickline::sim::Conditions;
 use pickline::station::Station;
 use pickline::strategies::policy_file;
-use pickline::study::{OptimizeOptions, OptimizeStudy, Optimized, ScoredPatterns};
-use pickline_report::{ChartKind, OptimumReport, Provenance, RivalsReport, ValidationReport};
+use pickline::study::{OptimizeOptions, OptimizeStudy, ScoredPatterns};
+use pickline_report::{ChartKind, OptimumReport, Provenance};
 
 pub(crate) fn run(args: OptimizeArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
@@ -165,36 +163,12 @@ impl OptimizePlan {
         let (name, station) = (&self.choice.station, &self.station);
         let made = Provenance::new(&command, name, station, &set.description, seed);
         let made = made.under(&self.conditions);
-        Ok(report(&optimized, self.objective, set, made))
+        Ok(OptimumReport::of_study(
+            &optimized,
+            self.objective,
+            set,
+            &WHOLE,
+            made,
+        ))
     }
-}
-
-/// The report of a search on `set`.
-fn report(
-    optimized: &Optimized,
-    objective: Objective,
-    set: &PatternSet,
-    made: Provenance,
-) -> OptimumReport {
-    let optimum = &optimized.optimum;
-    let made = match optimum.stop {
-        StopReason::Interrupted => made.of_parts(optimum.patterns, set.patterns.len(), "patterns"),
-        _ => made,
-    };
-    let validation = optimized.validation.as_ref();
-    let mut report = OptimumReport::new(
-        optimum,
-        &optimized.search,
-        objective,
-        &set.labels,
-        validation.map(|(validation, on)| ValidationReport::new(validation, on)),
-        flags::in_notes(&optimized.notes),
-        made,
-    );
-    let best = optimum.ranking.best().assignment.names();
-    report.beside = optimized.rivals.as_ref().map(|scored| {
-        let names = scored.names.iter().map(String::as_str);
-        RivalsReport::new(&scored.rivals, &best, names, &scored.patterns, scored.count)
-    });
-    report
 }

@@ -8,11 +8,8 @@ use super::session::tell;
 use super::warnings::warn;
 use pickline::error::{Error, Result, shown, shown_number};
 use pickline::files;
-use pickline::optimize::{Limits, MostRuns};
-use pickline::pattern::{
-    self, Attributes, ClassShares, Distribution, Feed, FeedShape, Pattern, PatternSet,
-    PatternSource, grid,
-};
+use pickline::optimize::Limits;
+use pickline::pattern::{self, Attributes, Feed, FeedShape, Pattern, PatternSet, grid};
 use pickline::planning::Budget;
 use pickline::plausible::{CLUSTER_SPREAD, FLOW, GAP_LENGTH};
 use pickline::sim::{Conditions, Disturbances};
@@ -21,7 +18,6 @@ use pickline::strategies::{self, StrategySpec};
 use pickline::study::{DEFAULT_GRID, RobustTraining, ScoredPatterns, training_patterns};
 use std::io::Read as _;
 use std::path::Path;
-use std::time::{Duration, Instant};
 
 impl StationChoice {
     /// The flag and file that the station comes from.
@@ -198,83 +194,30 @@ impl PatternSetArgs {
     }
 }
 
-/// The flag that names the training set.
-const TRAINING_FLAG: &str = "--train-patterns";
-
 impl TrainingArgs {
     /// How robust GT (game theory) is found for `station`: as asked for, otherwise on the
     /// paper's set, if `paper`, or on patterns like those scored.
     ///
     /// # Errors
-    /// Rules or a set that cannot be read or that do not fit the station, or a set next to rules.
+    /// As for [`RobustTraining::named`].
     pub(crate) fn resolve(
         &self,
         station: &Station,
         seed: u64,
         paper: bool,
     ) -> Result<RobustTraining> {
-        let items = self.train_items;
-        if let Some(given) = self.given()? {
-            self.check_unused()?;
-            return Ok(given);
-        }
-        Ok(match self.patterns(station, seed)? {
-            Some(set) => RobustTraining::On(set),
-            None if paper => RobustTraining::Paper { items },
-            None => RobustTraining::LikeScored { items },
-        })
-    }
-
-    /// The rules of `--robust`.
-    ///
-    /// # Errors
-    /// Rules that cannot be read.
-    pub(crate) fn given(&self) -> Result<Option<RobustTraining>> {
-        let Some(text) = &self.robust else {
-            return Ok(None);
-        };
-        let rules = text.parse().map_err(|e: Error| e.at("--robust"))?;
-        Ok(Some(RobustTraining::Given(rules)))
-    }
-
-    /// Refuses a training set next to rules that are given.
-    fn check_unused(&self) -> Result<()> {
-        let flags = [
-            (TRAINING_FLAG, self.train_patterns.is_some()),
-            ("--train-items", self.train_items.is_some()),
-        ];
-        match flags.into_iter().find(|(_, is_given)| *is_given) {
-            None => Ok(()),
-            Some((flag, _)) => Err(Error::usage(
-                flag,
-                "has no use with --robust: nothing is trained",
-                "leave one of the two out",
-            )),
-        }
+        let (robust, set) = (self.robust.as_deref(), self.train_patterns.as_deref());
+        RobustTraining::named(robust, set, self.train_items, paper, (station, seed))
     }
 
     /// The training set, if one is named.
     ///
     /// # Errors
-    /// A set that cannot be read, or that does not fit the station.
+    /// As for [`training_patterns`].
     pub(crate) fn patterns(&self, station: &Station, seed: u64) -> Result<Option<PatternSet>> {
-        let Some(text) = &self.train_patterns else {
-            return Ok(None);
-        };
-        let source = text.parse::<PatternSource>();
-        let source = source.map_err(|e| e.at(TRAINING_FLAG))?;
-        if let PatternSource::Feed {
-            feed, flow: None, ..
-        } = &source
-            && feed.file().is_none()
-        {
-            return Err(Error::usage(
-                format!("{TRAINING_FLAG} {}", shown(text)),
-                format!("the feed {feed} needs its own flow here"),
-                format!("include it in the set, for example {TRAINING_FLAG} random:60/min:5"),
-            ));
-        }
-        training_patterns(&source, self.train_items, station, seed).map(Some)
+        let set = self.train_patterns.as_deref();
+        let read = |text| training_patterns(text, self.train_items, (station, seed));
+        set.map(read).transpose()
     }
 }
 
@@ -282,24 +225,14 @@ impl AttributeArgs {
     /// The distributions of the item attributes.
     ///
     /// # Errors
-    /// A text that is not a distribution.
+    /// As for [`Attributes::named`].
     pub(crate) fn resolve(&self) -> Result<Attributes> {
-        let read = |text: &Option<String>, flag: &str| -> Result<Option<Distribution>> {
-            let read = |text: &String| {
-                text.parse()
-                    .map_err(|e: Error| e.at(&format!("{flag} {text}")))
-            };
-            text.as_ref().map(read).transpose()
-        };
-        let classes = self.classes.as_deref().map(|text| {
-            text.parse::<ClassShares>()
-                .map_err(|e: Error| e.at(&format!("--classes {}", shown(text))))
-        });
-        Ok(Attributes::default()
-            .with_area_cm2(read(&self.area, "--area")?)
-            .with_p_detection(read(&self.p_detection, "--p-detection")?)
-            .with_p_grasp(read(&self.p_grasp, "--p-grasp")?)
-            .with_classes(classes.transpose()?))
+        Attributes::named(
+            self.area.as_deref(),
+            self.p_detection.as_deref(),
+            self.p_grasp.as_deref(),
+            self.classes.as_deref(),
+        )
     }
 }
 
@@ -495,29 +428,8 @@ impl LimitArgs {
     /// The limits of a search.
     ///
     /// # Errors
-    /// An invalid time.
+    /// As for [`Limits::of`].
     pub(crate) fn resolve(&self) -> Result<Limits> {
-        let seconds = |limit: f64| {
-            let time = Duration::try_from_secs_f64(limit).ok();
-            let time = time.filter(|time| !time.is_zero() && limit <= LONGEST);
-            time.ok_or_else(|| {
-                Error::usage(
-                    "--time-limit",
-                    format!("{} is not a time for a search", shown_number(limit)),
-                    format!("give seconds, above 0 and up to {LONGEST:e}"),
-                )
-            })
-        };
-        let time = self.time_limit.map(seconds).transpose()?;
-        Ok(Limits::default()
-            .with_runs(match self.max_runs {
-                None => MostRuns::Usual,
-                Some(0) => MostRuns::Any,
-                Some(runs) => MostRuns::Of(runs),
-            })
-            .with_until(time.map(|time| Instant::now() + time)))
+        Limits::of(self.max_runs, self.time_limit)
     }
 }
-
-/// The longest accepted time limit [s]; a longer one is treated as a typing mistake.
-const LONGEST: f64 = 1e7;

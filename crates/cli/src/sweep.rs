@@ -1,7 +1,6 @@
 //! `pickline sweep`.
 
 use super::args::{Common, Pictures, StationChoice, SweepArgs};
-use super::flags;
 use super::outputs::WHOLE;
 use super::pictures;
 use super::progress::Bar;
@@ -13,7 +12,7 @@ use pickline::experiment::{Axis, ROBOTS_DOWN};
 use pickline::optimize::Environment;
 use pickline::sim::Conditions;
 use pickline::station::Station;
-use pickline::study::{ScoredPatterns, SweepOptions, SweepStudy};
+use pickline::study::{RobustTraining, ScoredPatterns, SweepOptions, SweepStudy};
 use pickline_report::{ChartKind, Provenance, SweepReport};
 
 pub(crate) fn run(args: SweepArgs, session: &Session) -> Result<()> {
@@ -105,9 +104,9 @@ impl SweepArgs {
             .with_greedy(self.greedy)
             .with_bound(!self.no_bound);
         // A training set next to rules that are given is for the threshold.
-        options = match (self.purity, self.training.given()?) {
-            (Some(_), Some(given)) => {
-                let options = options.with_training(given);
+        options = match (self.purity, &self.training.robust) {
+            (Some(_), Some(rules)) => {
+                let options = options.with_training(RobustTraining::given(rules)?);
                 match self.training.patterns(station, seed)? {
                     Some(set) => options.with_threshold_patterns(set),
                     None => options,
@@ -164,18 +163,12 @@ impl SweepPlan {
         let swept = self.common.on_threads(|| study.run(&environment))?;
         let (command, scored) = (session.command(), &study.set().description);
         let (name, seed) = (&self.choice.station, self.common.seed);
-        let made = Provenance::new(&command, name, &self.station, scored, seed)
-            .under(&self.conditions)
-            .of_parts(swept.sweep.values.len(), swept.sweep.planned, "values");
-        Ok(SweepReport::new(
-            &swept.sweep,
-            self.axis,
-            study.is_papers_case(),
-            flags::in_notes(&swept.notes),
-            flags::flag,
-            made,
-        )
-        .with_thresholds(swept.thresholds.as_ref()))
+        let made =
+            Provenance::new(&command, name, &self.station, scored, seed).under(&self.conditions);
+        let with_paper = study.is_papers_case();
+        Ok(SweepReport::of_study(
+            &swept, self.axis, with_paper, &WHOLE, made,
+        ))
     }
 
     /// Warns about implausible lines at the ends of the range; the values between them are no

@@ -1,6 +1,8 @@
 //! Results as JSON, CSV, tables and pictures, each with its provenance.
 
+mod any_report;
 mod bound;
+mod cells;
 mod charts;
 mod classes;
 mod clearance;
@@ -34,11 +36,13 @@ mod training;
 mod verb_report;
 mod verification;
 
+pub use any_report::AnyReport;
 pub use bound::{BoundReport, CertifiedReport};
 pub use charts::ChartKind;
 pub use classes::ClassReport;
 pub use clearance::{ClearanceReport, arms_apart};
 pub use comparison::ComparisonReport;
+pub use csv_rows::{Column, ColumnValues};
 pub use description::DescriptionReport;
 pub use downtime::DowntimeReport;
 pub use fit::FitReport;

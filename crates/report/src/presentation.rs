@@ -1,6 +1,7 @@
 //! How a report is shown; none of it changes the result.
 
 use pickline::error::spell_settings;
+use pickline::study::Note;
 
 /// How a report is shown on the terminal.
 #[derive(Debug, Clone, Copy)]
@@ -33,6 +34,12 @@ impl Presentation {
     #[must_use]
     pub const fn with_top(self, top: usize) -> Self {
         Self { top, ..self }
+    }
+
+    /// The texts of `notes`, with the settings as the reader calls them.
+    pub fn notes(&self, notes: &[Note]) -> Vec<String> {
+        let notes = notes.iter();
+        notes.map(|note| self.spelled(&note.to_string())).collect()
     }
 
     /// `text` with the settings as the reader calls them.

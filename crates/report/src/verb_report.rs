@@ -1,6 +1,7 @@
 //! What every verb hands back.
 
 use crate::charts::ChartKind;
+use crate::csv_rows::{Column, CsvRows};
 use crate::presentation::Presentation;
 use crate::provenance::Provenance;
 use pickline::error::{Error, Result};
@@ -39,11 +40,24 @@ pub trait VerbReport: Serialize + Sized + 'static {
             let content = match file.content {
                 Content::Json => Some(json_text(self)?),
                 Content::Text(text) => Some(text(self)),
-                Content::IfAny(text) => text(self),
+                _ => file.rows(self).map(|rows| match self.provenance() {
+                    Some(made) => rows.text(made),
+                    None => rows.plain_text(),
+                }),
             };
             files.extend(content.map(|content| (file.name, content)));
         }
         Ok(files)
+    }
+
+    /// The columns of every CSV file that [`VerbReport::files`] returns, by the name of the file
+    /// without `.csv`.
+    fn tables(&self) -> Vec<(&'static str, Vec<Column>)> {
+        let table = |file: &ResultFile<Self>| {
+            let name = file.name.strip_suffix(".csv")?;
+            Some((name, file.rows(self)?.columns()))
+        };
+        Self::FILES.iter().filter_map(table).collect()
     }
 
     /// The names of all files that [`VerbReport::files`] may return, known before the work.
@@ -63,7 +77,8 @@ pub struct ResultFile<R> {
 enum Content<R> {
     Json,
     Text(fn(&R) -> String),
-    IfAny(fn(&R) -> Option<String>),
+    Csv(fn(&R) -> CsvRows),
+    CsvIfAny(fn(&R) -> Option<CsvRows>),
 }
 
 impl<R> ResultFile<R> {
@@ -73,16 +88,31 @@ impl<R> ResultFile<R> {
         Self { name, content }
     }
 
-    /// A file that every report has.
+    /// A file of text that every report has.
     pub(crate) const fn text(name: &'static str, text: fn(&R) -> String) -> Self {
         let content = Content::Text(text);
         Self { name, content }
     }
 
-    /// A file that some reports do not have.
-    pub(crate) const fn if_any(name: &'static str, text: fn(&R) -> Option<String>) -> Self {
-        let content = Content::IfAny(text);
+    /// A CSV file that every report has.
+    pub(crate) const fn csv(name: &'static str, rows: fn(&R) -> CsvRows) -> Self {
+        let content = Content::Csv(rows);
         Self { name, content }
+    }
+
+    /// A CSV file that some reports do not have.
+    pub(crate) const fn csv_if_any(name: &'static str, rows: fn(&R) -> Option<CsvRows>) -> Self {
+        let content = Content::CsvIfAny(rows);
+        Self { name, content }
+    }
+
+    /// The rows of a CSV file.
+    fn rows(&self, report: &R) -> Option<CsvRows> {
+        match self.content {
+            Content::Csv(rows) => Some(rows(report)),
+            Content::CsvIfAny(rows) => rows(report),
+            Content::Json | Content::Text(_) => None,
+        }
     }
 }
 

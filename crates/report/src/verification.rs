@@ -1,7 +1,7 @@
 //! What is wrong with the picks of a file.
 
 use super::columns::TableColumns;
-use super::csv_rows::{CsvRows, Displayed, OptionalNumber};
+use super::csv_rows::{Column, CsvRows, Displayed, OptionalNumber};
 use super::presentation::Presentation;
 use super::provenance::Provenance;
 use super::table::fixed;
@@ -259,5 +259,9 @@ impl VerbReport for VerificationReport {
 
     fn to_csv(&self) -> String {
         self.rows().text(&self.made)
+    }
+
+    fn tables(&self) -> Vec<(&'static str, Vec<Column>)> {
+        vec![("violations", self.rows().columns())]
     }
 }

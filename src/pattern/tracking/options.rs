@@ -2,7 +2,7 @@
 
 use super::class_names::ClassNames;
 use super::formats::Format;
-use crate::error::{Error, Result, shown};
+use crate::error::{Error, Result, known_names, shown};
 use crate::setters::setters;
 use std::str::FromStr;
 
@@ -27,6 +27,23 @@ impl Boxes {
             Self::Corners => "corners",
             Self::Centres => "centres",
         }
+    }
+}
+
+impl FromStr for Boxes {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let all = [Self::Sizes, Self::Corners, Self::Centres];
+        all.into_iter()
+            .find(|boxes| boxes.name() == text)
+            .ok_or_else(|| {
+                Error::usage(
+                    "'boxes'",
+                    format!("`{}` is not a meaning of the figures of a box", shown(text)),
+                    known_names(text, &all.map(Self::name)),
+                )
+            })
     }
 }
 

@@ -13,12 +13,12 @@ struct FigureRow {
 #[derive(Default, Serialize)]
 struct PriceRow<'r> {
     item: &'r str,
-    price: Displayed<f64>,
+    price: Displayed,
 }
 
 impl BoundReport {
     /// The figures, one per line.
-    pub(super) fn figures_csv(&self) -> String {
+    pub(super) fn figures_csv(&self) -> CsvRows {
         let of = |figure: fn(&ScheduleReport) -> f64| self.schedule.as_ref().map(figure);
         let rows = [
             ("picks_upper_bound", Some(self.picks_upper_bound as f64)),
@@ -45,15 +45,15 @@ impl BoundReport {
             figure,
             value: value.map(Displayed),
         });
-        CsvRows::of(rows).text(&self.made)
+        CsvRows::of(rows)
     }
 
     /// The price of every item: what picking it costs the other items.
-    pub(super) fn prices_csv(&self) -> String {
+    pub(super) fn prices_csv(&self) -> CsvRows {
         let rows = self.prices.iter().map(|(item, price)| PriceRow {
             item,
             price: Displayed(*price),
         });
-        CsvRows::of(rows).text(&self.made)
+        CsvRows::of(rows)
     }
 }

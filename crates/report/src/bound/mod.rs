@@ -26,7 +26,7 @@ use crate::verb_report::{ResultFile, VerbReport};
 impl VerbReport for BoundReport {
     const FILES: &'static [ResultFile<Self>] = &[
         ResultFile::json("bound.json"),
-        ResultFile::text("prices.csv", Self::prices_csv),
+        ResultFile::csv("prices.csv", Self::prices_csv),
     ];
 
     fn provenance(&self) -> Option<&Provenance> {
@@ -38,6 +38,6 @@ impl VerbReport for BoundReport {
     }
 
     fn to_csv(&self) -> String {
-        self.figures_csv()
+        self.figures_csv().text(&self.made)
     }
 }

@@ -1,9 +1,11 @@
 //! A certified bound.
 
+use crate::presentation::Presentation;
 use crate::provenance::Provenance;
 use pickline::decision::Figures;
 use pickline::planning::bound::{Bound, certified_percent};
 use pickline::sim::Scene;
+use pickline::study::PatternBounds;
 use serde::Serialize;
 
 /// A bound as printed and written; the JSON field names are the product's format.
@@ -92,6 +94,19 @@ impl ScheduleReport {
 }
 
 impl BoundReport {
+    /// The report of a study of the pattern of `scene`.
+    pub fn of_study(
+        found: &PatternBounds,
+        scene: &Scene,
+        shown: &Presentation,
+        made: Provenance,
+    ) -> Self {
+        Self {
+            notes: shown.notes(&found.notes),
+            ..Self::new(scene, &found.picks, found.weight.as_ref(), made)
+        }
+    }
+
     /// The report of the bound on `picks` for `scene`, with the bound on `weight` if it was
     /// requested.
     pub fn new(scene: &Scene, picks: &Bound, weight: Option<&Bound>, made: Provenance) -> Self {

@@ -25,14 +25,14 @@ struct PatternCount {
 
 #[derive(Default, Serialize)]
 struct PickedTime {
-    picked_share: Displayed<f64>,
-    end_s: Displayed<f64>,
+    picked_share: Displayed,
+    end_s: Displayed,
     patterns: usize,
 }
 
 #[derive(Default, Serialize)]
 struct PickingRate {
-    picking_rate_per_min: Displayed<f64>,
+    picking_rate_per_min: Displayed,
     picking_rate_low_per_min: OptionalNumber,
     picking_rate_high_per_min: OptionalNumber,
     benefit_percent: OptionalNumber,
@@ -55,7 +55,7 @@ impl ComparisonReport {
     fn csv_of<'r, R: Default + Serialize>(
         &'r self,
         row: impl Fn(usize, &'r CaseReport, &'r MethodResultReport) -> R,
-    ) -> String {
+    ) -> CsvRows {
         let rows = self.results().map(|(place, case, result)| {
             let of = CaseMethod {
                 case: &case.name,
@@ -63,11 +63,11 @@ impl ComparisonReport {
             };
             (of, row(place, case, result))
         });
-        CsvRows::of(rows).text(&self.made)
+        CsvRows::of(rows)
     }
 
     /// Each method's picks per minute in the steady state of each case.
-    pub(super) fn throughput_csv(&self) -> String {
+    pub(super) fn throughput_csv(&self) -> CsvRows {
         self.csv_of(|_, case, result| -> (ThroughputColumns, PatternCounts) {
             let counts = PatternCounts {
                 steady_patterns: result.throughput.steady_patterns,
@@ -78,7 +78,7 @@ impl ComparisonReport {
     }
 
     /// Table 2 of the paper: items picked and time taken.
-    pub(super) fn picked_time_csv(&self) -> String {
+    pub(super) fn picked_time_csv(&self) -> CsvRows {
         self.csv_of(|_, case, result| PickedTime {
             picked_share: Displayed(result.picked_share),
             end_s: Displayed(result.end_s),
@@ -88,7 +88,7 @@ impl ComparisonReport {
 
     /// Table 3 of the paper: each method's picking rate on each case, its excess over the first
     /// method, and the upper bound for every strategy.
-    pub(super) fn picking_rate_csv(&self) -> String {
+    pub(super) fn picking_rate_csv(&self) -> CsvRows {
         self.csv_of(|place, case, result| {
             let bound = case.bound.as_ref().and_then(|b| b.picking_rate_per_min);
             // The first method has nothing to compare with.
@@ -108,7 +108,7 @@ impl ComparisonReport {
     }
 
     /// What each method picks of each class, if there are classes.
-    pub(super) fn classes_csv(&self) -> Option<String> {
+    pub(super) fn classes_csv(&self) -> Option<CsvRows> {
         self.classes().next()?;
         let classes = self.results().flat_map(|(_, case, result)| {
             let classes = result.classes.iter();
@@ -124,11 +124,11 @@ impl ComparisonReport {
             };
             (of, class.csv_columns(), patterns)
         });
-        Some(CsvRows::of(rows).text(&self.made))
+        Some(CsvRows::of(rows))
     }
 
     /// Every run.
-    pub(super) fn runs_csv(&self) -> String {
+    pub(super) fn runs_csv(&self) -> CsvRows {
         let runs = self.cases.iter().flat_map(|case| &case.runs);
         let rows = CsvRows::like(&RunRow::default(), runs.cloned());
         let mut omitted = Vec::new();
@@ -138,11 +138,11 @@ impl ComparisonReport {
         if !self.has_purity() {
             omitted.extend(["rightly_binned", "due"]);
         }
-        rows.without(&omitted).text(&self.made)
+        rows.without(&omitted)
     }
 
     /// Purity and recovery of each method's bins, if detections may be wrong.
-    pub(super) fn purity_csv(&self) -> Option<String> {
+    pub(super) fn purity_csv(&self) -> Option<CsvRows> {
         let rows = self.results().flat_map(|(_, case, result)| {
             let parts = result.sorting.iter().flat_map(PurityByBinReport::parts);
             parts.map(|(bin, purity, _)| {
@@ -153,7 +153,6 @@ impl ComparisonReport {
                 (of, PurityColumns::new(bin, purity))
             })
         });
-        self.has_purity()
-            .then(|| CsvRows::of(rows).text(&self.made))
+        self.has_purity().then(|| CsvRows::of(rows))
     }
 }

@@ -20,12 +20,12 @@ use crate::verb_report::{ResultFile, VerbReport};
 
 impl VerbReport for ComparisonReport {
     const FILES: &'static [ResultFile<Self>] = &[
-        ResultFile::text("throughput.csv", Self::throughput_csv),
-        ResultFile::text("picked_time.csv", Self::picked_time_csv),
-        ResultFile::text("picking_rate.csv", Self::picking_rate_csv),
-        ResultFile::text("runs.csv", Self::runs_csv),
-        ResultFile::if_any("purity.csv", Self::purity_csv),
-        ResultFile::if_any("classes.csv", Self::classes_csv),
+        ResultFile::csv("throughput.csv", Self::throughput_csv),
+        ResultFile::csv("picked_time.csv", Self::picked_time_csv),
+        ResultFile::csv("picking_rate.csv", Self::picking_rate_csv),
+        ResultFile::csv("runs.csv", Self::runs_csv),
+        ResultFile::csv_if_any("purity.csv", Self::purity_csv),
+        ResultFile::csv_if_any("classes.csv", Self::classes_csv),
         ResultFile::json("compare.json"),
     ];
     const CHARTS: &'static [ChartKind<Self>] = charts::CHARTS;
@@ -39,7 +39,7 @@ impl VerbReport for ComparisonReport {
     }
 
     fn to_csv(&self) -> String {
-        self.picking_rate_csv()
+        self.picking_rate_csv().text(&self.made)
     }
 
     fn to_page(&self, _: &Presentation) -> Option<String> {

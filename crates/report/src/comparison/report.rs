@@ -3,6 +3,7 @@
 use crate::bound::CaseBoundReport;
 use crate::classes::ClassReport;
 use crate::csv_rows::{Displayed, OptionalNumber};
+use crate::presentation::Presentation;
 use crate::provenance::Provenance;
 use crate::purity::{PageGroup, PurityByBinReport, PurityRow};
 use crate::throughput::ThroughputReport;
@@ -10,6 +11,7 @@ use pickline::experiment::paper::{self, Printed};
 use pickline::experiment::{CaseResult, Comparison, Method};
 use pickline::stats::Interval;
 use pickline::strategies::is_policy;
+use pickline::study::Compared;
 use serde::Serialize;
 
 /// A comparison as printed and written; the JSON field names are the product's format.
@@ -67,17 +69,17 @@ pub(super) struct RunRow {
     method: String,
     items: usize,
     picked: usize,
-    end_s: Displayed<f64>,
+    end_s: Displayed,
     throughput_per_min: OptionalNumber,
     flow_per_min: OptionalNumber,
-    picking_rate_per_min: Displayed<f64>,
+    picking_rate_per_min: Displayed,
     picks_upper_bound: Option<usize>,
     assignment: String,
     /// Left out unless detections may be wrong, as the next one.
     rightly_binned: Option<usize>,
     due: Option<usize>,
     /// Left out where no item has attributes.
-    weighted_rate_per_min: Displayed<f64>,
+    weighted_rate_per_min: Displayed,
 }
 
 /// One method on one case.
@@ -138,6 +140,26 @@ pub struct PrintedReport {
 }
 
 impl ComparisonReport {
+    /// The report of a study made as `made` says, which is completed by how far it got.
+    /// `paper_cases` and `with_paper` are as for [`ComparisonReport::new`].
+    pub fn of_study(
+        compared: &Compared,
+        paper_cases: bool,
+        with_paper: bool,
+        shown: &Presentation,
+        made: Provenance,
+    ) -> Self {
+        let comparison = &compared.comparison;
+        let (done, planned) = (comparison.cases.len(), comparison.planned);
+        let made = made.of_parts(done, planned, "cases").of_parts(
+            compared.bounded,
+            planned,
+            "cases' bounds",
+        );
+        let notes = shown.notes(&compared.notes);
+        Self::new(comparison, paper_cases, with_paper, notes, made)
+    }
+
     /// The report of `comparison`. `paper_cases`: its first cases are the paper's four;
     /// `with_paper`: the table shows the paper's figures.
     pub fn new(

@@ -3,7 +3,6 @@
 use super::report::{GameReport, ProfileReport};
 use crate::csv_rows::{CsvRows, Displayed};
 use crate::table::column;
-use pickline::optimize::game::Payoff;
 use serde::Serialize;
 
 #[derive(Default, Serialize)]
@@ -14,25 +13,25 @@ struct ProfileName {
 /// A robot's payoff; named after the robot.
 #[derive(Clone, Default, Serialize)]
 struct PayoffColumn {
-    payoff: Displayed<Payoff>,
+    payoff: Displayed,
 }
 
 /// A robot's own picks per minute; named after the robot.
 #[derive(Clone, Default, Serialize)]
 struct RateColumn {
-    rate: Displayed<Payoff>,
+    rate: Displayed,
 }
 
 #[derive(Default, Serialize)]
 struct ProfileEnd {
-    welfare: Displayed<Payoff>,
+    welfare: Displayed,
     equilibrium: &'static str,
     leads_to: String,
 }
 
 impl GameReport {
     /// All assignments with their payoffs.
-    pub(super) fn payoffs_csv(&self) -> String {
+    pub(super) fn payoffs_csv(&self) -> CsvRows {
         let row = |profile: &ProfileReport| {
             let payoffs = profile.payoffs.iter();
             let rates = profile.rates.iter();
@@ -42,16 +41,16 @@ impl GameReport {
                 },
                 payoffs
                     .map(|&payoff| PayoffColumn {
-                        payoff: Displayed(payoff),
+                        payoff: Displayed(payoff.value()),
                     })
                     .collect::<Vec<_>>(),
                 rates
                     .map(|&rate| RateColumn {
-                        rate: Displayed(rate),
+                        rate: Displayed(rate.value()),
                     })
                     .collect::<Vec<_>>(),
                 ProfileEnd {
-                    welfare: Displayed(profile.welfare),
+                    welfare: Displayed(profile.welfare.value()),
                     equilibrium: profile.equilibrium,
                     leads_to: profile.leads_to.join(" "),
                 },
@@ -70,14 +69,12 @@ impl GameReport {
             let robot = robot.map_or("", String::as_str);
             column(&format!("{name}_{robot}"), self.unit)
         };
-        CsvRows::like(&template, self.profiles.iter().map(row))
-            .renamed(|name| match name {
-                "payoff" => of_robot(name, payoffs.next()),
-                "rate" => of_robot(name, rates.next()),
-                "welfare" => column(name, self.unit),
-                name => name.to_owned(),
-            })
-            .text(&self.made)
+        CsvRows::like(&template, self.profiles.iter().map(row)).renamed(|name| match name {
+            "payoff" => of_robot(name, payoffs.next()),
+            "rate" => of_robot(name, rates.next()),
+            "welfare" => column(name, self.unit),
+            name => name.to_owned(),
+        })
     }
 }
 

@@ -21,7 +21,7 @@ use crate::verb_report::{ResultFile, VerbReport};
 impl VerbReport for GameReport {
     const FILES: &'static [ResultFile<Self>] = &[
         ResultFile::json("game.json"),
-        ResultFile::text("payoffs.csv", Self::payoffs_csv),
+        ResultFile::csv("payoffs.csv", Self::payoffs_csv),
         ResultFile::text("game.nfg", |report| report.nfg.clone()),
     ];
 
@@ -34,6 +34,6 @@ impl VerbReport for GameReport {
     }
 
     fn to_csv(&self) -> String {
-        self.payoffs_csv()
+        self.payoffs_csv().text(&self.made)
     }
 }

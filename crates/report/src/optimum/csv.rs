@@ -9,13 +9,13 @@ use serde::Serialize;
 struct RankingRow<'r> {
     rank: usize,
     assignment: String,
-    mean: Displayed<f64>,
-    value: Displayed<f64>,
+    mean: Displayed,
+    value: Displayed,
     diff_low: OptionalNumber,
     diff_high: OptionalNumber,
     tied: bool,
-    picked_share: Displayed<f64>,
-    worst: Displayed<f64>,
+    picked_share: Displayed,
+    worst: Displayed,
     worst_pattern: &'r str,
     max_speed_m_per_s: OptionalNumber,
 }
@@ -23,18 +23,18 @@ struct RankingRow<'r> {
 #[derive(Default, Serialize)]
 struct StrategyRow<'r> {
     strategy: &'r str,
-    mean: Displayed<f64>,
-    value: Displayed<f64>,
+    mean: Displayed,
+    value: Displayed,
     diff_low: OptionalNumber,
     diff_high: OptionalNumber,
-    picked_share: Displayed<f64>,
-    worst: Displayed<f64>,
+    picked_share: Displayed,
+    worst: Displayed,
     patterns: usize,
 }
 
 impl OptimumReport {
     /// The whole ranking.
-    pub(super) fn ranking_csv(&self) -> String {
+    pub(super) fn ranking_csv(&self) -> CsvRows {
         let lines = self.ranking.iter().enumerate();
         let rows = CsvRows::of(lines.map(|(i, line)| RankingRow {
             rank: i + 1,
@@ -53,7 +53,7 @@ impl OptimumReport {
     }
 
     /// The strategies beside the winner, if there are any.
-    pub(super) fn strategies_csv(&self) -> Option<String> {
+    pub(super) fn strategies_csv(&self) -> Option<CsvRows> {
         let beside: &RivalsReport = self.beside.as_ref()?;
         let strategies = beside.strategies.iter();
         let rows = CsvRows::of(strategies.map(|line| StrategyRow {
@@ -69,12 +69,12 @@ impl OptimumReport {
         Some(self.csv_of(rows))
     }
 
-    /// The text of `rows`; figures of the objective get its name and unit.
-    fn csv_of(&self, rows: CsvRows) -> String {
+    /// `rows`, in which figures of the objective have its name and unit.
+    fn csv_of(&self, rows: CsvRows) -> CsvRows {
         let name = |name: &str| match name {
             "mean" | "value" | "diff_low" | "diff_high" | "worst" => self.format().column(name),
             name => name.to_owned(),
         };
-        rows.renamed(name).text(&self.made)
+        rows.renamed(name)
     }
 }

@@ -27,8 +27,8 @@ use crate::verb_report::{ResultFile, VerbReport};
 impl VerbReport for OptimumReport {
     const FILES: &'static [ResultFile<Self>] = &[
         ResultFile::json("optimize.json"),
-        ResultFile::text("ranking.csv", Self::ranking_csv),
-        ResultFile::if_any("strategies.csv", Self::strategies_csv),
+        ResultFile::csv("ranking.csv", Self::ranking_csv),
+        ResultFile::csv_if_any("strategies.csv", Self::strategies_csv),
     ];
     const CHARTS: &'static [ChartKind<Self>] = charts::CHARTS;
 
@@ -41,7 +41,7 @@ impl VerbReport for OptimumReport {
     }
 
     fn to_csv(&self) -> String {
-        self.ranking_csv()
+        self.ranking_csv().text(&self.made)
     }
 
     fn to_page(&self, shown: &Presentation) -> Option<String> {

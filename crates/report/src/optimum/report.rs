@@ -3,9 +3,12 @@
 use super::objective::ObjectiveFormat;
 use super::rivals::RivalsReport;
 use super::validation::ValidationReport;
+use crate::presentation::Presentation;
 use crate::provenance::Provenance;
-use pickline::optimize::{Objective, Optimum, Ranked, Search, SearchKind};
+use pickline::optimize::{Objective, Optimum, Ranked, Search, SearchKind, StopReason};
+use pickline::pattern::PatternSet;
 use pickline::stats::Interval;
+use pickline::study::Optimized;
 use serde::Serialize;
 
 /// A search as printed and written; the JSON field names are the product's format.
@@ -113,6 +116,40 @@ impl RankedReport {
 }
 
 impl OptimumReport {
+    /// The report of a search on `set` for the best `objective`, made as `made` says, which is
+    /// completed by how far it got.
+    pub fn of_study(
+        optimized: &Optimized,
+        objective: Objective,
+        set: &PatternSet,
+        shown: &Presentation,
+        made: Provenance,
+    ) -> Self {
+        let optimum = &optimized.optimum;
+        let made = match optimum.stop {
+            StopReason::Interrupted => {
+                made.of_parts(optimum.patterns, set.patterns.len(), "patterns")
+            }
+            _ => made,
+        };
+        let validation = optimized.validation.as_ref();
+        let mut report = Self::new(
+            optimum,
+            &optimized.search,
+            objective,
+            &set.labels,
+            validation.map(|(validation, on)| ValidationReport::new(validation, on)),
+            shown.notes(&optimized.notes),
+            made,
+        );
+        let best = optimum.ranking.best().assignment.names();
+        report.beside = optimized.rivals.as_ref().map(|scored| {
+            let names = scored.names.iter().map(String::as_str);
+            RivalsReport::new(&scored.rivals, &best, names, &scored.patterns, scored.count)
+        });
+        report
+    }
+
     /// The report of `optimum`; `labels` names the patterns.
     pub fn new(
         optimum: &Optimum,

@@ -13,10 +13,10 @@ struct HaltedMethod<'r> {
 
 #[derive(Default, Serialize)]
 struct HaltedFigures {
-    picked_share: Displayed<f64>,
+    picked_share: Displayed,
     picked_share_low: OptionalNumber,
     picked_share_high: OptionalNumber,
-    picking_rate_per_min: Displayed<f64>,
+    picking_rate_per_min: Displayed,
     picking_rate_low_per_min: OptionalNumber,
     picking_rate_high_per_min: OptionalNumber,
     loss_percent: OptionalNumber,
@@ -28,7 +28,7 @@ struct HaltedFigures {
 
 impl RobotsDownReport {
     /// Every point; columns without figures are left out.
-    pub(super) fn points_csv(&self) -> String {
+    pub(super) fn points_csv(&self) -> CsvRows {
         let rows = self.points.iter().map(|point| {
             let of = HaltedMethod {
                 robot_down: point.robot_down.as_deref().unwrap_or_default(),
@@ -49,6 +49,6 @@ impl RobotsDownReport {
             };
             (of, point.throughput.columns(), figures)
         });
-        CsvRows::of(rows).without_empty().text(&self.made)
+        CsvRows::of(rows).without_empty()
     }
 }

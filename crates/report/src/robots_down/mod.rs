@@ -20,7 +20,7 @@ use crate::verb_report::{ResultFile, VerbReport};
 
 impl VerbReport for RobotsDownReport {
     const FILES: &'static [ResultFile<Self>] = &[
-        ResultFile::text("sweep.csv", Self::points_csv),
+        ResultFile::csv("sweep.csv", Self::points_csv),
         ResultFile::json("sweep.json"),
     ];
     const CHARTS: &'static [ChartKind<Self>] = charts::CHARTS;
@@ -34,7 +34,7 @@ impl VerbReport for RobotsDownReport {
     }
 
     fn to_csv(&self) -> String {
-        self.points_csv()
+        self.points_csv().text(&self.made)
     }
 
     fn to_page(&self, _: &Presentation) -> Option<String> {

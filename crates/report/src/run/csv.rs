@@ -6,7 +6,7 @@ use serde::Serialize;
 
 impl RunReport {
     /// The picks and failed attempts, one per line, in order of decision.
-    pub(super) fn picks_csv(&self) -> String {
+    pub(super) fn picks_csv(&self) -> CsvRows {
         let failures = self.failures.iter().map(|f| (&f.attempt, f.cause));
         let mut attempts: Vec<_> = self.picks.iter().map(|pick| (pick, "")).collect();
         attempts.extend(failures);
@@ -20,15 +20,15 @@ impl RunReport {
             decide_s: Displayed(pick.decide_s),
             grasp_s: Displayed(pick.grasp_s),
             release_s: Displayed(pick.release_s),
-            bin: pick.bin.as_deref(),
+            bin: pick.bin.as_deref().unwrap_or_default(),
             meet_x_m: Displayed(pick.meet[0]),
             meet_y_m: Displayed(pick.meet[1]),
             failure,
         });
         let rows = CsvRows::of(rows);
         match self.robots.iter().all(|robot| robot.bins.is_empty()) {
-            true => rows.without(&["bin"]).text(&self.made),
-            false => rows.text(&self.made),
+            true => rows.without(&["bin"]),
+            false => rows,
         }
     }
 }
@@ -37,13 +37,13 @@ impl RunReport {
 struct AttemptRow<'r> {
     robot: &'r str,
     item: &'r str,
-    decide_s: Displayed<f64>,
-    grasp_s: Displayed<f64>,
-    release_s: Displayed<f64>,
+    decide_s: Displayed,
+    grasp_s: Displayed,
+    release_s: Displayed,
     /// Name of the bin; the column is left out if every robot has one bin for everything.
-    bin: Option<&'r str>,
-    meet_x_m: Displayed<f64>,
-    meet_y_m: Displayed<f64>,
+    bin: &'r str,
+    meet_x_m: Displayed,
+    meet_y_m: Displayed,
     /// Why the attempt failed; empty for a pick.
     failure: &'static str,
 }

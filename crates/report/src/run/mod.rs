@@ -19,7 +19,7 @@ use crate::verb_report::{ResultFile, VerbReport};
 impl VerbReport for RunReport {
     const FILES: &'static [ResultFile<Self>] = &[
         ResultFile::json("run.json"),
-        ResultFile::text("picks.csv", Self::picks_csv),
+        ResultFile::csv("picks.csv", Self::picks_csv),
     ];
 
     fn provenance(&self) -> Option<&Provenance> {
@@ -31,6 +31,6 @@ impl VerbReport for RunReport {
     }
 
     fn to_csv(&self) -> String {
-        self.picks_csv()
+        self.picks_csv().text(&self.made)
     }
 }

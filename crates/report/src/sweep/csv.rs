@@ -9,7 +9,7 @@ use serde::Serialize;
 #[derive(Default, Serialize)]
 struct SweptMethod<'r> {
     /// Named after the varied quantity.
-    value: Displayed<f64>,
+    value: Displayed,
     method: &'r str,
 }
 
@@ -17,14 +17,14 @@ struct SweptMethod<'r> {
 struct PointFigures {
     /// Only in a sweep of the number of robots.
     added_per_robot_per_min: OptionalNumber,
-    picked_share: Displayed<f64>,
+    picked_share: Displayed,
     picked_share_low: OptionalNumber,
     picked_share_high: OptionalNumber,
-    picking_rate_per_min: Displayed<f64>,
+    picking_rate_per_min: Displayed,
     picking_rate_low_per_min: OptionalNumber,
     picking_rate_high_per_min: OptionalNumber,
-    complete_share: Displayed<f64>,
-    nearly_complete_share: Displayed<f64>,
+    complete_share: Displayed,
+    nearly_complete_share: Displayed,
     certified_percent: OptionalNumber,
     picked_share_upper_bound: OptionalNumber,
     picking_rate_upper_bound_per_min: OptionalNumber,
@@ -42,7 +42,7 @@ struct PointFigures {
 #[derive(Default, Serialize)]
 struct ChosenThresholdRow<'r> {
     method: &'r str,
-    wanted_purity: Displayed<f64>,
+    wanted_purity: Displayed,
     min_detection: OptionalNumber,
     /// `training` or `fresh`.
     patterns: &'static str,
@@ -50,7 +50,7 @@ struct ChosenThresholdRow<'r> {
 
 impl SweepReport {
     /// Every point; columns without figures are left out.
-    pub(super) fn points_csv(&self) -> String {
+    pub(super) fn points_csv(&self) -> CsvRows {
         let methods = self.limits.len();
         let rows = self.points.iter().enumerate().map(|(i, point)| {
             let bound = self.bounds.as_ref().map(|b| &b.points[i / methods]);
@@ -91,11 +91,10 @@ impl SweepReport {
         CsvRows::of(rows)
             .without_empty()
             .renamed(|name| self.column_name(name))
-            .text(&self.made)
     }
 
     /// Purity and recovery of the bins at every point, if detections may be wrong.
-    pub(super) fn purity_csv(&self) -> Option<String> {
+    pub(super) fn purity_csv(&self) -> Option<CsvRows> {
         let rows = self.points.iter().flat_map(|point| {
             let parts = point.sorting.iter().flat_map(PurityByBinReport::parts);
             parts.map(|(bin, purity, _)| {
@@ -107,11 +106,11 @@ impl SweepReport {
             })
         });
         let rows = CsvRows::of(rows).renamed(|name| self.column_name(name));
-        self.has_purity().then(|| rows.text(&self.made))
+        self.has_purity().then_some(rows)
     }
 
     /// The thresholds, with what each gives on the training patterns and on fresh ones.
-    pub(super) fn thresholds_csv(&self) -> Option<String> {
+    pub(super) fn thresholds_csv(&self) -> Option<CsvRows> {
         let thresholds = self.thresholds.as_ref()?;
         let rows = thresholds.methods.iter().flat_map(|method| {
             let of = |patterns: &'static str, purity: Option<PurityReport>| {
@@ -126,11 +125,11 @@ impl SweepReport {
             };
             [of("training", method.trained), of("fresh", method.fresh)]
         });
-        Some(CsvRows::of(rows).without(&["bin"]).text(&self.made))
+        Some(CsvRows::of(rows).without(&["bin"]))
     }
 
     /// What each method picks of each class, if there are classes.
-    pub(super) fn classes_csv(&self) -> Option<String> {
+    pub(super) fn classes_csv(&self) -> Option<CsvRows> {
         self.classes().next()?;
         let points = self.points.iter();
         let classes =
@@ -143,7 +142,7 @@ impl SweepReport {
             (of, class.csv_columns())
         });
         let rows = CsvRows::of(rows).renamed(|name| self.column_name(name));
-        Some(rows.text(&self.made))
+        Some(rows)
     }
 
     /// The name of a column: that of the value is the varied quantity with its unit.

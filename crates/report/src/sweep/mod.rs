@@ -27,10 +27,10 @@ use crate::verb_report::{ResultFile, VerbReport};
 
 impl VerbReport for SweepReport {
     const FILES: &'static [ResultFile<Self>] = &[
-        ResultFile::text("sweep.csv", Self::points_csv),
-        ResultFile::if_any("purity.csv", Self::purity_csv),
-        ResultFile::if_any("thresholds.csv", Self::thresholds_csv),
-        ResultFile::if_any("classes.csv", Self::classes_csv),
+        ResultFile::csv("sweep.csv", Self::points_csv),
+        ResultFile::csv_if_any("purity.csv", Self::purity_csv),
+        ResultFile::csv_if_any("thresholds.csv", Self::thresholds_csv),
+        ResultFile::csv_if_any("classes.csv", Self::classes_csv),
         ResultFile::json("sweep.json"),
     ];
     const CHARTS: &'static [ChartKind<Self>] = charts::CHARTS;
@@ -44,7 +44,7 @@ impl VerbReport for SweepReport {
     }
 
     fn to_csv(&self) -> String {
-        self.points_csv()
+        self.points_csv().text(&self.made)
     }
 
     fn to_page(&self, _: &Presentation) -> Option<String> {

@@ -2,6 +2,7 @@
 
 use super::thresholds::ThresholdsReport;
 use crate::classes::ClassReport;
+use crate::presentation::Presentation;
 use crate::provenance::Provenance;
 use crate::purity::{PageGroup, PurityByBinReport, PurityRow};
 use crate::throughput::ThroughputReport;
@@ -10,6 +11,7 @@ use pickline::experiment::{
     Axis, Limit, Sweep, SweepPoint, SweepValue, SweptMethod, ThresholdChoices, paper,
 };
 use pickline::stats::{self, Interval};
+use pickline::study::Swept;
 use pickline::throughput::UnsteadyReason;
 use serde::Serialize;
 
@@ -289,6 +291,22 @@ fn points(sweep: &Sweep, axis: Axis) -> Vec<PointReport> {
 }
 
 impl SweepReport {
+    /// The report of a study over `axis`, made as `made` says, which is completed by how far it got.
+    /// `with_paper` is as for [`SweepReport::new`].
+    pub fn of_study(
+        swept: &Swept,
+        axis: Axis,
+        with_paper: bool,
+        shown: &Presentation,
+        made: Provenance,
+    ) -> Self {
+        let sweep = &swept.sweep;
+        let made = made.of_parts(sweep.values.len(), sweep.planned, "values");
+        let notes = shown.notes(&swept.notes);
+        Self::new(sweep, axis, with_paper, notes, shown.spelling, made)
+            .with_thresholds(swept.thresholds.as_ref())
+    }
+
     /// The report of `sweep` over `axis`. `with_paper`: this is the paper's case; notes call
     /// settings what `spelling` makes of their names.
     pub fn new(

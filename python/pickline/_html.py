@@ -1,0 +1,18 @@
+"""Results in notebooks."""
+
+from __future__ import annotations
+
+from html import escape
+
+# A frame keeps the page's style and scripts to itself; the reader can make it higher.
+_FRAME = (
+    '<iframe srcdoc="{page}" sandbox="allow-scripts" title="{title}" '
+    'style="width: 100%; height: 640px; border: 0; resize: vertical; overflow: auto"></iframe>'
+)
+
+
+def in_notebook(page: str | None, text: str, title: str) -> str:
+    """The program's page for a notebook, or its text where it has no page."""
+    if page is None:
+        return f"<pre>{escape(text)}</pre>"
+    return _FRAME.format(page=escape(page), title=escape(title))

@@ -1,0 +1,79 @@
+//! Comparing methods.
+
+use crate::conditions::ConditionArguments;
+use crate::report::{Report, shown};
+use crate::scalars;
+use crate::station::Station;
+use crate::strategy::strategies;
+use crate::work;
+use pickline::experiment::load_cases;
+use pickline::pattern::Attributes;
+use pickline::study::{CompareOptions, CompareStudy, RobustTraining};
+use pickline_report::{ComparisonReport, Provenance};
+use pyo3::prelude::*;
+
+/// The report of a :class:`pickline.Comparison`; ``call`` is how it says who made it.
+#[pyfunction]
+#[pyo3(signature = (station, cases, *, strategy, replicates, reference, robust, train_patterns,
+    train_items, paper, greedy, policy, bound, area, p_detection, p_grasp, classes, seed, conditions,
+    progress, call))]
+#[expect(clippy::too_many_arguments, reason = "the options of the program")]
+pub(crate) fn compare(
+    py: Python<'_>,
+    station: &Station,
+    cases: &str,
+    strategy: Vec<Bound<'_, PyAny>>,
+    #[pyo3(from_py_with = scalars::count)] replicates: usize,
+    reference: &str,
+    robust: Option<&str>,
+    train_patterns: Option<&str>,
+    #[pyo3(from_py_with = scalars::optional_count)] train_items: Option<usize>,
+    paper: bool,
+    greedy: bool,
+    policy: bool,
+    bound: bool,
+    area: Option<&str>,
+    p_detection: Option<&str>,
+    p_grasp: Option<&str>,
+    classes: Option<&str>,
+    #[pyo3(from_py_with = scalars::seed)] seed: u64,
+    #[pyo3(from_py_with = ConditionArguments::read)] conditions: ConditionArguments,
+    progress: Option<Bound<'_, PyAny>>,
+    call: &str,
+) -> PyResult<Report> {
+    let conditions = conditions.resolve(seed)?;
+    let (strategies, raised) = strategies(&strategy)?;
+    let line = &*station.inner;
+    let worked = raised.or(work::long(py, progress.as_ref(), |environment| {
+        let attributes = Attributes::named(area, p_detection, p_grasp, classes)?;
+        let cases_name = cases;
+        let cases = load_cases(cases)?.into_iter();
+        let cases: Vec<_> = cases
+            .map(|case| case.with_attributes(attributes.clone()))
+            .collect();
+        let training =
+            RobustTraining::named(robust, train_patterns, train_items, paper, (line, seed))?;
+        let options = CompareOptions::default()
+            .with_seed(seed)
+            .with_replicates(replicates)
+            .with_conditions(conditions.clone())
+            .with_training(training)
+            .with_greedy(greedy)
+            .with_policy(policy)
+            .with_bound(bound)
+            .with_reference(reference);
+        let options = strategies
+            .into_iter()
+            .fold(options, CompareOptions::with_strategy);
+        let study = CompareStudy::new(line, &cases, &options)?;
+        let compared = study.run(environment)?;
+        let scored = format!(
+            "cases {cases_name}, {replicates} patterns of random ones each, under the seeds {} and up",
+            study.first_seed()
+        );
+        let made = Provenance::new(call, &station.name, line, &scored, seed).under(&conditions);
+        let papers = matches!(cases_name, "paper" | "all");
+        Ok(ComparisonReport::of_study(&compared, papers, paper && papers, shown(), made))
+    }))?;
+    Ok(Report::of(worked))
+}
