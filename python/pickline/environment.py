@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from pickline._parts import PAPER_REWARD, SlotSpace, make_batch, observation_space, rust_seed
 from pickline._pickline import Pattern, Station
+from pickline.rendering import FPS, LinePainter
 from pickline.simulation import Picks
 
 __all__ = ["SortingEnv"]
@@ -101,15 +102,17 @@ class SortingEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         slots: Number of slots K, 1 to 256; 10 for ``"paper"`` and 16 otherwise if not given.
         wait: Whether waiting is an action.
         reward: The two weights of the reward.
-        render_mode: None; the environment cannot be rendered yet.
+        render_mode: ``"rgb_array"`` for pictures, ``"human"`` for a window; both need pygame
+            (``pip install pygame-ce``).
         **under: The conditions of every episode; see :func:`pickline.simulate`.
 
     Raises:
         ValueError: A value that the model does not allow, or patterns that do not fit the station.
         OSError: A file that cannot be read.
+        ImportError: A render mode without pygame.
     """
 
-    metadata = {"render_modes": []}
+    metadata = {"render_modes": ["human", "rgb_array"], "render_fps": FPS}
 
     def __init__(
         self,
@@ -125,9 +128,10 @@ class SortingEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         render_mode: str | None = None,
         **under: Any,
     ) -> None:
-        if render_mode is not None:
-            raise ValueError(f"render_mode: {render_mode!r} is not available\n  cure: leave it out")
-        self.render_mode = None
+        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
+            known = " or ".join(self.metadata["render_modes"])
+            raise ValueError(f"render_mode: {render_mode!r} is not available\n  cure: give {known}")
+        self.render_mode = render_mode
         self.station, self.patterns, self._batch = make_batch(
             station,
             patterns,
@@ -141,6 +145,9 @@ class SortingEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
             under=under,
         )
         self._mask = np.zeros(self._batch.actions, np.bool_)
+        self._painter = None
+        if render_mode is not None:
+            self._painter = LinePainter(self.station, in_window=render_mode == "human")
         self._open = True
         self._begun = False
         self._seeded = False
@@ -163,6 +170,8 @@ class SortingEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         observation = np.zeros(self._batch.observation_size, np.float32)
         self._batch.begin(observation, self._mask)
         self._begun = True
+        if self.render_mode == "human":
+            self._picture()
         return observation, self._info()
 
     def step(
@@ -189,7 +198,26 @@ class SortingEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         info = self._info()
         if figures is not None:
             info.update(figures)
+        if self.render_mode == "human":
+            self._picture()
         return observation, reward, figures is not None, False, info
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """The line at the moment of the decision, uint8 [height, width, 3]; None if the render mode is
+        not ``"rgb_array"``."""
+        self._check_open("render")
+        if not self._begun:
+            raise error.ResetNeeded("render: no episode has begun\n  cure: call reset before it")
+        return self._picture() if self.render_mode == "rgb_array" else None
+
+    def _picture(self) -> NDArray[np.uint8] | None:
+        if self._painter is None:
+            return None
+        picks, robot, time = self.picks, self.robot, self.time
+        if time is None:
+            # Nobody decides any more: when the last item is in its bin.
+            time = float(picks.release.max(initial=0.0))
+        return self._painter.paint(self.pattern, picks, time, robot)
 
     def action_masks(self) -> NDArray[np.bool_]:
         """Which actions are allowed now, bool [actions]."""
@@ -228,6 +256,8 @@ class SortingEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
     def close(self) -> None:
         """End the environment; no other method may be called after it."""
         self._open = False
+        if self._painter is not None:
+            self._painter.close()
 
     def _due(self) -> tuple[int, float] | None:
         self._check_open("robot and time")

@@ -148,7 +148,7 @@ def test_wrong_use_is_an_exception_and_changes_nothing():
         ({"patterns": pickline.Pattern([0], [9.0])}, ValueError, "beside"),
         ({"station": "papr"}, ValueError, "did you mean"),
         ({"update": 1}, TypeError, "update"),
-        ({"render_mode": "human"}, ValueError, "not available"),
+        ({"render_mode": "film"}, ValueError, "human or rgb_array"),
     ],
 )
 def test_wrong_arguments_are_named(options, kind, words):
