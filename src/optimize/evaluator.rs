@@ -5,7 +5,7 @@ use super::objective::{Objective, Risk};
 use crate::dispatch::RuleAssignment;
 use crate::error::{Error, Result};
 use crate::pattern::{Pattern, random_stream};
-use crate::sim::{AssignmentTree, Conditions, Scene, simulate};
+use crate::sim::{AssignmentTree, Conditions, Scene, check_offered, simulate};
 use crate::station::Station;
 use crate::stats;
 use crate::strategies::Blueprint;
@@ -91,16 +91,8 @@ impl<'a> Evaluator<'a> {
             .par_iter()
             .enumerate()
             .map(|(place, pattern)| Scene::under(station, pattern, conditions.of_place(place)))
-            .collect::<Result<Vec<_>>>()?;
-        if scenes.iter().all(|scene| scene.offered() == 0) {
-            return Err(Error::usage(
-                "'patterns'",
-                "no item is to be picked: robots have no bin for any of them, or all are unwanted \
-                 or too uncertain",
-                "give the items classes that robots have bins for, by 'classes' (such as \
-                 pet:0.4,hdpe:0.6) where patterns are generated or by the column class of a file",
-            ));
-        }
+            .collect::<Result<_>>()?;
+        check_offered(station, patterns)?;
         let mut order: Vec<usize> = (0..patterns.len()).collect();
         order.shuffle(&mut random_stream(0, 0));
         Ok(Self {

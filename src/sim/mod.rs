@@ -31,6 +31,7 @@ pub use event_loop::{simulate, simulate_observed, simulate_rules};
 pub use outages::{Outage, RandomOutages};
 pub use run::Run;
 pub use scene::Scene;
+pub(crate) use scene::check_offered;
 pub use trace::Trace;
 pub use tree::AssignmentTree;
 pub use truth::TrueClass;

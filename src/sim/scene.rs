@@ -7,7 +7,7 @@ use super::downtimes::Downtimes;
 use super::updates::next_update;
 use super::windows::Windows;
 use crate::decision::{Candidate, Figures, LeftItem, LeftReason, Odds};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::pattern::{Item, Pattern};
 use crate::station::{Belt, ClassId, Station};
 
@@ -419,16 +419,8 @@ fn odds(pattern: &Pattern, conditions: &Conditions) -> Vec<Odds> {
 /// The items that are left on the belt on purpose, downstream first.
 fn left_items(station: &Station, pattern: &Pattern, conditions: &Conditions) -> Vec<LeftItem> {
     let reason = |item: &Item| {
-        let class = item.class.as_deref();
-        let unwanted = class.and_then(|name| station.class(name));
-        if unwanted.is_some_and(|class| !class.wanted) {
-            Some(LeftReason::Unwanted)
-        } else if !station.takes(station.class_id(class)) {
-            Some(LeftReason::NoBin)
-        } else {
-            let uncertain = conditions.is_too_uncertain(item);
-            uncertain.then_some(LeftReason::LowDetection)
-        }
+        let uncertain = || conditions.is_too_uncertain(item);
+        foreign_reason(station, item).or_else(|| uncertain().then_some(LeftReason::LowDetection))
     };
     let items = pattern.items().iter().zip(0u32..);
     items
@@ -440,6 +432,33 @@ fn left_items(station: &Station, pattern: &Pattern, conditions: &Conditions) -> 
             })
         })
         .collect()
+}
+
+/// Why the station never picks an item, if it does not.
+fn foreign_reason(station: &Station, item: &Item) -> Option<LeftReason> {
+    let class = item.class.as_deref();
+    let stated = class.and_then(|name| station.class(name));
+    if stated.is_some_and(|class| !class.wanted) {
+        return Some(LeftReason::Unwanted);
+    }
+    (!station.takes(station.class_id(class))).then_some(LeftReason::NoBin)
+}
+
+/// Checks that the station picks some item of `patterns`, whatever the conditions.
+///
+/// # Errors
+/// It picks none: what is best for such patterns says nothing.
+pub(crate) fn check_offered(station: &Station, patterns: &[Pattern]) -> Result<()> {
+    let mut items = patterns.iter().flat_map(|pattern| pattern.items());
+    if items.any(|item| foreign_reason(station, item).is_none()) {
+        return Ok(());
+    }
+    Err(Error::usage(
+        "'patterns'",
+        "no item is to be picked: robots have no bin for any of them, or all are unwanted",
+        "give the items classes that robots have bins for, by 'classes' (such as pet:0.4,hdpe:0.6) \
+         where patterns are generated or by the column class of a file",
+    ))
 }
 
 /// When the item passes a camera at `x` [m], from which time on it is known [s].

@@ -154,7 +154,7 @@ fn other_programs_are_told_what_is_wrong_where() {
         "{text}"
     );
     assert!(
-        text.contains("1 of the violations would be accepted with 0.0333 s"),
+        text.contains("1 of the violations would be accepted with 0.0455 s"),
         "{text}"
     );
     let told = String::from_utf8(output.stderr).unwrap();

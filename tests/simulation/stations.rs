@@ -68,14 +68,14 @@ fn every_value_of_a_station_is_checked_against_its_limits() {
             place,
         ),
         (
-            "robot[1].bin",
+            "robot[1].bin[0].at",
             |_, r, v| r.bins[0].at.x = v,
             [-1e6, 1e6],
             [-1.1e6, 1.1e6],
             place,
         ),
         (
-            "robot[1].bin",
+            "robot[1].bin[0].at",
             |_, r, v| r.bins[0].at.y = v,
             [-1e6, 1e6],
             [-1.1e6, 1.1e6],
@@ -103,7 +103,7 @@ fn every_value_of_a_station_is_checked_against_its_limits() {
             time,
         ),
         (
-            "robot[1].release_time",
+            "robot[1].bin[0].release_time",
             |_, r, v| r.bins[0].release_time = v,
             [0.0, 1e6],
             [-1e-9, 1.1e6],

@@ -102,9 +102,10 @@ mod tests {
 
     /// Settings that are no option of a struct: arguments of functions, variants of an enum, fields
     /// of `Timeouts`, and what chooses among files and functions.
-    const ARGUMENTS: [&str; 15] = [
+    const ARGUMENTS: [&str; 17] = [
         "belt_timeout",
         "cases",
+        "chart",
         "connect",
         "count",
         "fps",
@@ -118,6 +119,7 @@ mod tests {
         "robust",
         "station",
         "svg",
+        "train_items",
     ];
 
     /// A setting has the name by which the library sets it.

@@ -6,7 +6,7 @@ use crate::dispatch::RULES;
 use crate::error::{Error, Result};
 use crate::optimize::Environment;
 use crate::pattern::{Pattern, random_stream};
-use crate::sim::{AssignmentTree, Conditions, Scene};
+use crate::sim::{AssignmentTree, Conditions, Scene, check_offered};
 use crate::station::Station;
 use crate::stats::{Interval, interval_of};
 use rand::seq::SliceRandom;
@@ -81,8 +81,8 @@ impl LineGame {
     /// no figure depends on the number of threads.
     ///
     /// # Errors
-    /// Too many robots, a pattern that does not fit on the belt, invalid conditions, or
-    /// interrupted before the first pattern was done.
+    /// Too many robots, a pattern that does not fit on the belt, no item that is to be picked, invalid
+    /// conditions, or interrupted before the first pattern was done.
     pub fn new(
         station: &Station,
         patterns: &[Pattern],
@@ -91,6 +91,7 @@ impl LineGame {
         environment: &Environment,
     ) -> Result<Self> {
         check_size(station)?;
+        check_offered(station, patterns)?;
         let tree = AssignmentTree::all(station.robots().len());
         let mut sums = Sums::new(station.robots().len(), tree.assignments().len(), payoff);
         let (mut done, mut independent) = (0, 0);

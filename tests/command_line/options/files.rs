@@ -36,7 +36,7 @@ pub const ROWS: &[Row] = &[
             text.lines().last().unwrap().to_owned()
         };
         assert!(last("").starts_with("ok        paper (2 robots, "));
-        assert!(last("one.toml").starts_with("ok        one.toml (1 robots, "));
+        assert!(last("one.toml").starts_with("ok        one.toml (1 robot, "));
     }),
     row(&["station init"], "<file>", |rig, verb| {
         let printed = rig.text(verb);

@@ -104,7 +104,10 @@ pub const ROWS: &[Row] = &[
             rate_in(verb, &report)
         };
         assert_near(rate("--classes pet:1"), RATE);
-        assert_near(rate("--classes wood:1"), 0.0);
+        rig.refused(
+            &format!("{call} -q {more} --classes wood:1"),
+            &["--patterns: no item is to be picked", "--classes"],
+        );
     }),
     row(&GENERATE, "<kind>", |rig, _| {
         let y = |kind: &str| csv_column(&generated(rig, kind), "y");

@@ -53,7 +53,7 @@ pub const ROWS: &[Row] = &[
             kinds(rig, &format!("{verb} late.csv --tolerance 0.01")),
             "return_time"
         );
-        assert_eq!(kinds(rig, &format!("{verb} late.csv --tolerance 0.04")), "");
+        assert_eq!(kinds(rig, &format!("{verb} late.csv --tolerance 0.05")), "");
         let report = report(rig, &format!("{verb} late.csv --tolerance 0.01"));
         assert_eq!(number(&report, "/tolerance_s"), 0.01);
     }),
