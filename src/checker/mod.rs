@@ -140,8 +140,13 @@ fn follow(
             };
             let claim = claims[pick.item as usize].replace((pick.robot, ends));
             problems.extend(claim.and_then(|(other, until)| {
-                let other = robots.get(other).map_or("of another name", |r| &r.name);
-                let text = format!("the item was already claimed by robot `{other}`");
+                let text = match robots.get(other) {
+                    Some(other) => {
+                        let name = &other.name;
+                        format!("the item was already claimed by robot `{name}`")
+                    }
+                    None => "the item was already claimed by an unknown robot".to_owned(),
+                };
                 too_early(checked, pick, until, ViolationKind::Claimed, text)
             }));
         }

@@ -3,6 +3,7 @@
 use pickline::experiment::{Method, Setting, sweep_settings};
 use pickline::optimize::{Environment, Silent, SpeedScan};
 use pickline::pattern::{PatternSource, Recipe};
+use pickline::planning::bound::{BoundOptions, upper_bound};
 use pickline::sim::{AssignmentTree, Conditions, Scene, simulate_rules};
 use pickline::station::built_in;
 use serde_json::Value;
@@ -282,4 +283,44 @@ fn wrong_ranges_are_reported() {
         }
     }
     assert!(!out.exists());
+}
+
+/// A pattern of which nothing is to be picked is picked completely, and has no share.
+#[test]
+fn patterns_of_unwanted_items_count_as_picked() {
+    let station = built_in("sorting").unwrap().station(None).unwrap();
+    let items = |class: &str| {
+        let text = format!("id,x,y,class\n1,0,0,{class}\n2,-0.3,0.1,{class}\n");
+        pickline::pattern::parse(&text, "t").unwrap()
+    };
+    let setting = Setting {
+        value: 0.3,
+        station: station.clone(),
+        min_detection: None,
+        methods: vec![Method::Robust("SPT,SPT,SPT,SPT".parse().unwrap())],
+    };
+    for (patterns, share) in [
+        (vec![items("wood")], None),
+        (vec![items("wood"), items("pet")], Some(1.0)),
+    ] {
+        let conditions = Conditions::default();
+        let quiet = &Environment::QUIET;
+        let swept = sweep_settings(&[setting.clone()], &patterns, &conditions, true, quiet);
+        let value = &swept.unwrap().values[0];
+        let point = &value.methods[0];
+        assert_eq!(
+            (point.complete_share, point.nearly_complete_share),
+            (1.0, 1.0)
+        );
+        assert_eq!(
+            Some(point.picked_share).filter(|share| !share.is_nan()),
+            share
+        );
+        assert!(value.bound.as_ref().unwrap().complete());
+        for pattern in &patterns {
+            let scene = Scene::new(&station, pattern).unwrap();
+            let bound = upper_bound(&scene, &BoundOptions::default(), &mut |_, _| true);
+            assert!(bound.unwrap().all_end.is_some());
+        }
+    }
 }

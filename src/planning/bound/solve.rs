@@ -8,6 +8,7 @@ use super::schedule::schedule;
 use crate::decision::{Figures, Outcome};
 use crate::error::Result;
 use crate::sim::{Disturbances, Scene};
+use std::collections::HashSet;
 
 /// Why the search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr)]
@@ -200,6 +201,9 @@ fn trivial(scene: &Scene, options: &BoundOptions) -> Bound {
             });
         }
     }
+    let left: HashSet<u32> = scene.left().iter().map(|left| left.item).collect();
+    let mut reaches = (0..).zip(&reachable);
+    let all_reachable = reaches.all(|(item, reach)| reach.is_some() || left.contains(&item));
     let sum: f64 = reachable.iter().flatten().sum();
     let value = match objective {
         BoundObjective::Picks => sum,
@@ -212,7 +216,7 @@ fn trivial(scene: &Scene, options: &BoundOptions) -> Bound {
         relaxed: value,
         rate: None,
         end: 0.0,
-        all_end: reachable.iter().all(Option::is_some).then_some(0.0),
+        all_end: all_reachable.then_some(0.0),
         reachable: reachable.iter().flatten().count(),
         prices: reachable.iter().map(|w| w.unwrap_or(0.0)).collect(),
         schedule: None,
