@@ -145,7 +145,11 @@ impl BoundProfile {
                 }
             }
             if dual.whole(all) >= belt.total && found.all.is_none() {
-                let end = begin.max(belt.last_release);
+                // Where nothing is to be picked, nothing has to begin.
+                let end = match belt.last_release > 0.0 {
+                    true => begin.max(belt.last_release),
+                    false => 0.0,
+                };
                 found.all = end.is_finite().then_some((end, step));
             }
         }

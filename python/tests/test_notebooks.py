@@ -1,0 +1,32 @@
+"""The notebooks run, and their committed output is what they print."""
+
+from pathlib import Path
+
+import nbformat
+import pytest
+from nbclient import NotebookClient
+
+FOLDER = Path(__file__).parents[1] / "notebooks"
+
+
+def texts(notebook):
+    """What each cell shows as text."""
+    return [
+        [output.get("text") or output.get("data", {}).get("text/plain") for output in cell.outputs]
+        for cell in notebook.cells
+        if cell.cell_type == "code"
+    ]
+
+
+@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.ipynb")), ids=lambda path: path.stem)
+def test_the_output_is_what_the_cells_print(path):
+    committed = nbformat.read(path, as_version=4)
+    fresh = nbformat.from_dict(committed)
+    kernel = {"kernel_name": "python3", "resources": {"metadata": {"path": str(FOLDER)}}}
+    NotebookClient(fresh, timeout=600, **kernel).execute()
+    assert texts(fresh) == texts(committed)
+    assert sum(map(len, texts(committed))) > 2
+
+
+def test_there_are_notebooks():
+    assert len(list(FOLDER.glob("*.ipynb"))) >= 2
