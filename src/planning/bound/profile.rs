@@ -145,11 +145,7 @@ impl BoundProfile {
                 }
             }
             if dual.whole(all) >= belt.total && found.all.is_none() {
-                // Where nothing is to be picked, nothing has to begin.
-                let end = match belt.last_release > 0.0 {
-                    true => begin.max(belt.last_release),
-                    false => 0.0,
-                };
+                let end = begin.max(belt.last_release);
                 found.all = end.is_finite().then_some((end, step));
             }
         }

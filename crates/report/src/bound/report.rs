@@ -152,7 +152,7 @@ impl BoundReport {
             ),
             end_lower_bound_s: end,
             all_picked: match all_end.is_finite() {
-                _ if complete => "yes",
+                _ if complete || scene.offered() == 0 => "yes",
                 true => "open",
                 false => "no",
             },

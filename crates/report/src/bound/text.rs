@@ -10,6 +10,7 @@ impl BoundReport {
     pub(super) fn text(&self) -> String {
         let table = self.figures();
         let all = match (self.all_picked, self.all_picked_end_lower_bound_s) {
+            ("yes", None) => "there is nothing to pick".to_owned(),
             ("no", _) | (_, None) => "not everything can be picked (proven)".to_owned(),
             (all_picked, Some(end)) => format!(
                 "{}; no run that picks everything ends before {} s",
