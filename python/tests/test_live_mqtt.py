@@ -188,7 +188,6 @@ def test_kills_over_mqtt(what: str) -> None:
                 works = world.works
                 await eventually(lambda: showing.done() or world.works > works + 1, "work")
                 await asyncio.wait([showing], timeout=rng.uniform(0.0, 0.7))
-                await peers.keep_up()
                 if showing.done():
                     break
                 kills += 1
