@@ -174,20 +174,31 @@ pub fn share_interval(hits: usize, trials: usize) -> Interval {
 pub fn pooled_share_interval(samples: &[(usize, usize)]) -> Option<Interval> {
     let hits: usize = samples.iter().map(|sample| sample.0).sum();
     let trials: usize = samples.iter().map(|sample| sample.1).sum();
-    if trials == 0 || samples.len() < 2 {
+    if trials == 0 {
         return None;
     }
-    let share = hits as f64 / trials as f64;
-    let mean_trials = trials as f64 / samples.len() as f64;
-    let off = |(hits, trials): &(usize, usize)| {
-        let residual = (*hits as f64 - share * *trials as f64) / mean_trials;
-        residual * residual
-    };
-    let squares: f64 = samples.iter().map(off).sum();
-    match interval_of(samples.len(), share, squares)? {
+    match ratio_interval(samples)? {
         ends if ends.is_wide() => Some(ends.within(0.0, 1.0)),
         _ => Some(share_interval(hits, trials)),
     }
+}
+
+/// 95 % interval of the ratio of two totals over several samples, each with its `(part, whole)`, by the
+/// ratio estimator (Cochran 1977, Sampling Techniques, ISBN 0-471-16240-X, section 6.3). `None` for
+/// fewer than two samples, and without a whole.
+pub(crate) fn ratio_interval(samples: &[(usize, usize)]) -> Option<Interval> {
+    let part: usize = samples.iter().map(|sample| sample.0).sum();
+    let whole: usize = samples.iter().map(|sample| sample.1).sum();
+    if whole == 0 {
+        return None;
+    }
+    let ratio = part as f64 / whole as f64;
+    let mean_whole = whole as f64 / samples.len() as f64;
+    let off = |(part, whole): &(usize, usize)| {
+        let residual = (*part as f64 - ratio * *whole as f64) / mean_whole;
+        residual * residual
+    };
+    interval_of(samples.len(), ratio, samples.iter().map(off).sum())
 }
 
 /// Index resamples for a paired bootstrap (Efron 1979, DOI 10.1214/aos/1176344552). Every

@@ -9,7 +9,7 @@ use crate::station::Station;
 use crate::strategy::strategies;
 use crate::work;
 use pickline::experiment::Axis;
-use pickline::study::{RobustTraining, SweepOptions, SweepStudy};
+use pickline::study::{SweepOptions, SweepStudy};
 use pickline_report::{Provenance, SweepReport};
 use pyo3::prelude::*;
 
@@ -53,8 +53,6 @@ pub(crate) fn sweep(
     let line = &*station.inner;
     let worked = raised.or(work::long(py, progress.as_ref(), |environment| {
         let patterns = patterns_of(patterns, items, flow, [area, p_detection, p_grasp, classes])?;
-        let training =
-            RobustTraining::named(robust, train_patterns, train_items, false, (line, seed))?;
         let source = station.source.clone();
         let mut options = SweepOptions::default()
             .with_axis(axis)
@@ -62,12 +60,12 @@ pub(crate) fn sweep(
             .with_patterns(patterns)
             .with_seed(seed)
             .with_conditions(conditions.clone())
-            .with_training(training)
             .with_greedy(greedy)
             .with_bound(bound);
         if let Some(purity) = purity {
             options = options.with_purity(purity);
         }
+        options = options.with_named_training(robust, train_patterns, train_items, (line, seed))?;
         if let Some(from) = from_ {
             options = options.with_from(from);
         }

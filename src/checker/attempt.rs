@@ -13,17 +13,83 @@ pub(super) fn digits(value: f64) -> String {
     rounded(value, 12)
 }
 
-/// One attempt, by a robot and at an item that exist.
+/// One attempt, by a robot that exists.
 pub(super) struct Attempt<'a> {
     pub checked: &'a CheckedLine<'a>,
     pub robot: &'a Robot,
-    pub item: &'a Item,
+    /// The item; `None` if it does not exist.
+    pub item: Option<&'a Item>,
     pub pick: &'a Pick,
     /// Where the arm is before it [m], if that is known.
     pub from: Option<Point2<f64>>,
 }
 
+fn grasps_before_leaving(pick: &Pick) -> String {
+    format!(
+        "it grasps at {} s, before it leaves at {} s",
+        digits(pick.grasp),
+        digits(pick.decide)
+    )
+}
+
+fn releases_before_grasping(pick: &Pick) -> String {
+    format!(
+        "the item is in the bin at {} s, before the grasp begins at {} s",
+        digits(pick.release),
+        digits(pick.grasp)
+    )
+}
+
+/// Whether a run has times like these.
+pub(super) fn has_possible_times(pick: &Pick, tolerance: f64, problems: &mut Vec<Problem>) -> bool {
+    let times = [pick.decide, pick.grasp, pick.release];
+    let text = if !times.iter().all(|time| time.is_finite()) {
+        format!("the times {times:?} are not possible in a run: not all are finite")
+    } else if pick.decide < -tolerance {
+        format!(
+            "it leaves at {} s, before the run begins at 0 s",
+            digits(pick.decide)
+        )
+    } else {
+        return true;
+    };
+    problems.push(Problem::of(ViolationKind::Times, text));
+    false
+}
+
+/// Whether the way out of an attempt whose places are not known takes time at all.
+pub(super) fn check_way_out(pick: &Pick, tolerance: f64, problems: &mut Vec<Problem>) {
+    let early = pick.decide - pick.grasp - slack(pick.decide);
+    if 0.5 * early > tolerance {
+        let text = grasps_before_leaving(pick);
+        problems.push(Problem::off(ViolationKind::TravelTime, 0.5 * early, text));
+    }
+}
+
+/// Whether the way back of an attempt whose places are not known takes at least as long as grasp and
+/// release, which are `still` [s].
+pub(super) fn check_way_back(pick: &Pick, still: f64, tolerance: f64, problems: &mut Vec<Problem>) {
+    let early = pick.grasp + still - pick.release - slack(pick.release);
+    if 0.5 * early > tolerance {
+        let text = match pick.release < pick.grasp {
+            true => releases_before_grasping(pick),
+            false => format!(
+                "grasp and release alone take {} s, but the item is in the bin {} s after the grasp \
+                 begins",
+                digits(still),
+                digits(pick.release - pick.grasp)
+            ),
+        };
+        problems.push(Problem::off(ViolationKind::ReturnTime, 0.5 * early, text));
+    }
+}
+
 impl Attempt<'_> {
+    /// Whether it is known where the item was met: for one that does not exist, only if the file says it.
+    fn has_place(&self) -> bool {
+        self.item.is_some() || self.pick.meet.iter().all(|at| at.is_finite())
+    }
+
     /// Allowance for rounding of lengths [m].
     fn rounding(&self) -> f64 {
         let belt_speed = self.checked.station.belt().speed;
@@ -46,7 +112,8 @@ impl Attempt<'_> {
     /// Whether the item is to be picked, and goes into this bin.
     fn check_bin(&self, problems: &mut Vec<Problem>) -> Option<&Bin> {
         let (robot, pick) = (self.robot, self.pick);
-        if let Some(reason) = left_reason(self.checked.station, self.item) {
+        let left = |item: &Item| left_reason(self.checked.station, item);
+        if let Some(reason) = self.item.and_then(left) {
             problems.push(Problem::of(
                 ViolationKind::Unwanted,
                 format!("the item is not to be picked: {}", reason.name()),
@@ -59,7 +126,10 @@ impl Attempt<'_> {
             // Wherever it says that the item went, it can only have gone there.
             return (robot.bins.len() == 1).then(|| &robot.bins[0]);
         };
-        match bin_of(robot, self.item.class.as_deref()) {
+        let Some(item) = self.item else {
+            return Some(bin);
+        };
+        match bin_of(robot, item.class.as_deref()) {
             Some(right) if right == usize::from(pick.bin) => {}
             Some(right) => {
                 let right = &robot.bins[right].name;
@@ -78,20 +148,16 @@ impl Attempt<'_> {
     pub(super) fn check_way(&self, problems: &mut Vec<Problem>) {
         let pick = self.pick;
         let bin = self.check_bin(problems);
-        let times = [pick.decide, pick.grasp, pick.release];
-        let earliest = -self.checked.terms.tolerance;
-        if !times.iter().all(|t| t.is_finite()) || pick.decide < earliest {
-            problems.push(Problem::of(
-                ViolationKind::Times,
-                format!("the times {times:?} are not possible in a run"),
-            ));
+        if !has_possible_times(pick, self.checked.terms.tolerance, problems) {
             return;
         }
         self.check_travel(problems);
         if let Some(bin) = bin {
             self.check_return(bin, problems);
         }
-        self.check_place(problems);
+        if self.has_place() {
+            self.check_place(problems);
+        }
     }
 
     /// The least time [s] by which times and positions must be allowed to be off, so that a move over
@@ -118,7 +184,9 @@ impl Attempt<'_> {
 
     fn check_travel(&self, problems: &mut Vec<Problem>) {
         let (robot, pick) = (self.robot, self.pick);
-        let Some(from) = self.from else {
+        let from = self.from.filter(|_| self.has_place());
+        let Some(from) = from else {
+            check_way_out(pick, self.checked.terms.tolerance, problems);
             return;
         };
         let rounding = self.rounding();
@@ -135,11 +203,7 @@ impl Attempt<'_> {
             problems,
             || {
                 if taken < 0.0 {
-                    return format!(
-                        "it grasps at {} s, before it leaves at {} s",
-                        digits(pick.grasp),
-                        digits(pick.decide)
-                    );
+                    return grasps_before_leaving(pick);
                 }
                 format!(
                     "travelling {} m does not take {} s, but {} s",
@@ -153,9 +217,13 @@ impl Attempt<'_> {
 
     fn check_return(&self, bin: &Bin, problems: &mut Vec<Problem>) {
         let (robot, pick) = (self.robot, self.pick);
+        let still = robot.grasp_time + bin.release_time;
+        if !self.has_place() {
+            check_way_back(pick, still, self.checked.terms.tolerance, problems);
+            return;
+        }
         let rounding = self.rounding();
         let back = nalgebra::distance(&pick.meet, &bin.at);
-        let still = robot.grasp_time + bin.release_time;
         let home = pick.grasp + still + move_time(robot, back);
         let gap = match robot.arm.constant_speed() {
             Some(_) => Self::gap(pick.release, home, rounding),
@@ -169,11 +237,7 @@ impl Attempt<'_> {
             problems,
             || {
                 if pick.release < pick.grasp {
-                    return format!(
-                        "the item is in the bin at {} s, before the grasp begins at {} s",
-                        digits(pick.release),
-                        digits(pick.grasp)
-                    );
+                    return releases_before_grasping(pick);
                 }
                 format!(
                     "it returns at {} s, not {} s",
@@ -253,7 +317,9 @@ impl Attempt<'_> {
 
     /// Whether the robot grasps where the item is.
     pub(super) fn check_meeting(&self, problems: &mut Vec<Problem>) {
-        let (item, pick) = (self.item, self.pick);
+        let (Some(item), pick) = (self.item, self.pick) else {
+            return;
+        };
         let at_grasp = item.x0 + self.checked.station.belt().speed * pick.grasp;
         let rounding = self.rounding();
         let off_x = Self::gap(pick.meet.x, at_grasp, rounding);
@@ -280,8 +346,8 @@ impl Attempt<'_> {
     /// leaves.
     pub(super) fn check_conditions(&self, problems: &mut Vec<Problem>) {
         let (terms, decide) = (self.checked.terms, self.pick.decide);
-        if let Some(camera) = terms.camera_x {
-            let seen = (camera - self.item.x0) / self.checked.station.belt().speed;
+        if let Some((camera, item)) = terms.camera_x.zip(self.item) {
+            let seen = (camera - item.x0) / self.checked.station.belt().speed;
             let early = seen - decide;
             if early > slack(seen) + terms.tolerance {
                 let text = format!("the item passes the camera only at {} s", digits(seen));
@@ -311,7 +377,7 @@ impl Attempt<'_> {
             from,
             ..
         } = *self;
-        let Some(from) = from else {
+        let (Some(from), Some(item)) = (from, item) else {
             return;
         };
         let belt = self.checked.station.belt();

@@ -12,7 +12,7 @@ mod violation;
 pub use picks_file::{PicksFile, UnknownRow, read_picks};
 pub use violation::{Terms, Violation, ViolationKind};
 
-use attempt::{Attempt, digits};
+use attempt::{Attempt, check_way_back, check_way_out, digits, has_possible_times};
 use physics::{CheckedLine, bin_of, can_be_met, left_reason, slack, weight_of};
 use violation::Problem;
 
@@ -59,7 +59,8 @@ pub fn check(station: &Station, pattern: &Pattern, outcome: &Outcome) -> Result<
 /// All that is wrong with `attempts`, which may come from any program, in order of decision and
 /// robot. Those that failed have a cause. Apart from `terms`, it is checked what [`check`] checks of
 /// each attempt. Of an attempt with a robot, an item or a bin that does not exist, it is checked what
-/// does not depend on that.
+/// does not depend on that: the order of its times at least. A place of the meeting that is not known is
+/// no number.
 pub fn violations(
     station: &Station,
     pattern: &Pattern,
@@ -116,8 +117,12 @@ fn follow(
     for &Listed { index, pick, cause } in attempts {
         let robot = robots.get(pick.robot);
         let item = checked.pattern.items().get(pick.item as usize);
-        match (robot, item) {
-            (Some(robot), Some(item)) => {
+        if robot.is_none() || item.is_none() {
+            let text = "there is no such robot or item";
+            problems.push(Problem::of(ViolationKind::Unknown, text));
+        }
+        match robot {
+            Some(robot) => {
                 let attempt = Attempt {
                     checked,
                     robot,
@@ -127,9 +132,12 @@ fn follow(
                 };
                 check_attempt(&attempt, cause, &mut problems);
             }
-            _ => {
-                let text = "there is no such robot or item";
-                problems.push(Problem::of(ViolationKind::Unknown, text));
+            None => {
+                let tolerance = checked.terms.tolerance;
+                if has_possible_times(pick, tolerance, &mut problems) {
+                    check_way_out(pick, tolerance, &mut problems);
+                    check_way_back(pick, 0.0, tolerance, &mut problems);
+                }
             }
         }
         if item.is_some() {
@@ -182,7 +190,8 @@ fn check_attempt(attempt: &Attempt, cause: Option<FailureCause>, problems: &mut 
         attempt.check_meeting(problems);
     }
     attempt.check_conditions(problems);
-    if cause == Some(FailureCause::Grasp) && attempt.item.p_grasp == Some(1.0) {
+    let is_sure = attempt.item.is_some_and(|item| item.p_grasp == Some(1.0));
+    if cause == Some(FailureCause::Grasp) && is_sure {
         let text = "no grasp of this item fails";
         problems.push(Problem::of(ViolationKind::SureGrasp, text));
     }

@@ -39,6 +39,9 @@ const KNOWN: KnownColumns = KnownColumns {
     needs: "the header needs robot, item, decide_s, grasp_s and release_s",
 };
 
+/// Where an item is met that does not exist, if the file does not say it.
+const NOWHERE: Point2<f64> = Point2::new(f64::NAN, f64::NAN);
+
 /// The attempts of a file.
 #[derive(Debug, Clone, Default)]
 #[non_exhaustive]
@@ -221,7 +224,7 @@ impl LineUp<'_> {
             decide,
             grasp,
             release,
-            meet: row.meet.or(at_grasp).unwrap_or_default(),
+            meet: row.meet.or(at_grasp).unwrap_or(NOWHERE),
         };
         Ok(((pick, cause), problems))
     }

@@ -159,12 +159,12 @@ impl Problem {
         }
     }
 
-    /// A deviation that a tolerance of this time [s] would excuse; none if it is infinite.
+    /// A deviation that a tolerance of this time [s] would excuse; none if no tolerance may be so large.
     pub(super) fn off(kind: ViolationKind, tolerance: f64, text: String) -> Self {
         Self {
             kind,
             text,
-            accepted_from: tolerance.is_finite().then_some(tolerance),
+            accepted_from: (tolerance <= MOST_TOLERANCE).then_some(tolerance),
         }
     }
 

@@ -143,6 +143,30 @@ impl<'a> Moment<'a> {
         self.pick_time(candidate, self.travel_time(candidate))
     }
 
+    /// A time [s] that [`Moment::processing_time`] is not below, if one costs much less: for an arm that
+    /// accelerates. Otherwise negative infinity.
+    #[inline(always)]
+    pub fn least_processing_time(&self, candidate: &Candidate) -> f64 {
+        if self.shuttle.is_some() {
+            return f64::NEG_INFINITY;
+        }
+        let robot = self.robot;
+        let bin = &robot.bins[usize::from(candidate.bin)];
+        let (dx, dy) = (self.x(candidate) - self.from.x, candidate.y - self.from.y);
+        let bounds = robot.arm.least_travel_time(dx, dy, self.belt_speed);
+        let Some((travel, way)) = bounds else {
+            return f64::NEG_INFINITY;
+        };
+        // The way back is as long as the way out, or at least as long as the belt is far from the bin.
+        let back = match bin.at == self.from {
+            true => way,
+            false => (candidate.y - bin.at.y).abs(),
+        };
+        let back = robot.arm.least_time(back);
+        // The margin is for rounding.
+        (1.0 - 1e-9) * (travel + robot.grasp_time + back + bin.release_time)
+    }
+
     /// Like [`Moment::processing_time`], with the time `travel` [s] to the meeting point known.
     #[inline(always)]
     pub fn pick_time(&self, candidate: &Candidate, travel: f64) -> f64 {

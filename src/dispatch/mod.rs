@@ -28,6 +28,13 @@ pub trait DispatchingRule: Sync {
     /// The rank of a candidate; the one with the smallest rank is picked.
     fn key(&self, at: &Moment, candidate: &Candidate) -> f64;
 
+    /// A number that the key is not below, if one costs much less than the key; otherwise negative
+    /// infinity. It only saves time.
+    #[inline(always)]
+    fn least_key(&self, _at: &Moment, _candidate: &Candidate) -> f64 {
+        f64::NEG_INFINITY
+    }
+
     /// Index of the candidate with the smallest key. Ties go to the item further downstream, then
     /// to the lower index. `candidates` must not be empty.
     ///
@@ -37,6 +44,9 @@ pub trait DispatchingRule: Sync {
         let mut best = 0;
         let mut best_key = f64::INFINITY;
         for (i, candidate) in candidates.iter().enumerate() {
+            if self.least_key(at, candidate) > best_key {
+                continue;
+            }
             let key = self.key(at, candidate);
             if key < best_key || (key == best_key && candidate.is_before(&candidates[best])) {
                 (best, best_key) = (i, key);

@@ -16,10 +16,28 @@ pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Opt
 
 /// "did you mean `x`? known: a, b, c", the usual cure for an unknown name.
 pub fn known_names(given: &str, known: &[&str]) -> String {
-    let list = known.join(", ");
+    let mut once: Vec<&str> = Vec::with_capacity(known.len());
+    for name in known {
+        if !once.contains(name) {
+            once.push(name);
+        }
+    }
+    let list = once.join(", ");
     match nearest(given, known.iter().copied()) {
         Some(name) => format!("did you mean `{name}`? known: {list}"),
         None => format!("known: {list}"),
+    }
+}
+
+/// Several things in a sentence: `a`, `a and b`, `a, b and c`.
+pub fn listed(things: &[impl AsRef<str>]) -> String {
+    match things {
+        [] => String::new(),
+        [only] => only.as_ref().to_owned(),
+        [first @ .., last] => {
+            let first: Vec<&str> = first.iter().map(AsRef::as_ref).collect();
+            format!("{} and {}", first.join(", "), last.as_ref())
+        }
     }
 }
 

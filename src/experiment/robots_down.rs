@@ -36,7 +36,8 @@ pub struct HaltedPoint {
     /// How many fewer items the method picks than with no robot halted, in total over all patterns
     /// and as a share of those; `None` with no robot halted, or if nothing is picked then.
     pub loss: Option<f64>,
-    /// 95 % interval of that loss, paired over patterns.
+    /// 95 % interval of that loss, at most 1, by the ratio estimator over patterns (Cochran 1977, Sampling
+    /// Techniques, ISBN 0-471-16240-X, section 6.3).
     pub loss_interval: Option<Interval>,
 }
 
@@ -146,13 +147,22 @@ fn summarise(method: &Method, runs: &[MethodRun], whole: Option<&Vec<MethodRun>>
     let all = |of: &dyn Fn(&MethodRun) -> f64| -> Vec<f64> { runs.iter().map(of).collect() };
     let shares = all(&|run| run.figures.picked_share());
     let rates = all(&|run| run.figures.picking_rate());
-    let picked = |run: &MethodRun| run.figures.picked as f64;
     let loss = whole.and_then(|whole| {
-        let before = stats::mean(&whole.iter().map(picked).collect::<Vec<_>>());
         let pairs = whole.iter().zip(runs);
-        let lost: Vec<f64> = pairs.map(|(all, run)| picked(all) - picked(run)).collect();
-        let interval = stats::mean_interval(&lost).map(|ends| ends.times(1.0 / before));
-        (before > 0.0).then(|| (stats::mean(&lost) / before, interval))
+        let picked = |run: &MethodRun| run.figures.picked as usize;
+        let pairs: Vec<(usize, usize)> =
+            pairs.map(|(all, run)| (picked(run), picked(all))).collect();
+        let [kept, before] = [0, 1].map(|place| {
+            let counts = pairs.iter().map(|pair| [pair.0, pair.1][place]);
+            counts.sum::<usize>() as f64
+        });
+        // What is left is nothing at least.
+        let left = stats::ratio_interval(&pairs).map(|ends| ends.within(0.0, f64::INFINITY));
+        let interval = left.map(|left| Interval {
+            low: 1.0 - left.high,
+            high: 1.0 - left.low,
+        });
+        (before > 0.0).then(|| (1.0 - kept / before, interval))
     });
     HaltedPoint {
         method: method.id().to_owned(),

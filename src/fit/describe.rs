@@ -3,10 +3,12 @@
 
 use super::arm_result::{ArmFit, FittedLaw, rounded_arm, tidy};
 use super::bench::{Bench, Fitted, LEAST_OF_KIND};
-use super::intervals::{HalfOpen, percentile_interval};
+use super::intervals::{HalfOpen, percentile_interval, widening};
 use super::law_fit::LawEstimate;
 use super::model::{DWELL, GRASP, LIFT, Leg, Observation, RAMP, SLOWNESS, arm_of, longest_path};
+use super::options::FitLaw;
 use super::parameter::{FittedParameter, doubtful, known, with_interval};
+use super::profile::Profile;
 use super::table::TableEstimate;
 use crate::error::rounded;
 use crate::kinematics::{Arm, TravelLaw};
@@ -28,11 +30,15 @@ impl Bench<'_> {
             .collect();
         let size = (self.rows, law.free.len());
         let rounding = self.rounding(law);
+        let mut varied = Vec::new();
+        let profile = self.profile(law, &mut varied);
         // The interval of a figure that follows from the parameter with this index.
         let interval = |index: usize, of: &dyn Fn(&LawEstimate) -> f64| {
             let values = draws.iter().map(|draw| of(draw)).collect();
             let interval = percentile_interval(values, of(law), size)?;
-            let others = law.not_excluded(index, rounding[index]).into_iter();
+            let ends = profile.ends(index).map(|parameters| law.with(parameters));
+            let others = law.not_excluded(index, rounding[index]);
+            let others = others.into_iter().chain(ends);
             Some(others.fold(interval, |interval, other| interval.including(of(&other))))
         };
         let judged = |parameter: FittedParameter, index: usize, reason: &str| match law
@@ -98,6 +104,14 @@ impl Bench<'_> {
             let found = known("grasp_time", "s", grasp(law), interval(GRASP, &grasp));
             fit.parameters.push(judged(found, GRASP, DWELL_OR_WAY));
         }
+    }
+
+    /// The profile of the loss of `law`; `varied` becomes the parameters that vary in it.
+    fn profile<'a>(&'a self, law: &'a LawEstimate, varied: &'a mut Vec<usize>) -> Profile<'a> {
+        let given = self.options.lift.is_some();
+        let is_chosen = self.options.law == FitLaw::Auto;
+        let wider = widening(self.rows, law.free.len());
+        Profile::new(&self.task(), law, (given, is_chosen), wider, varied)
     }
 
     /// By how much rounded stamps may have moved each parameter of `law`, by its index; 0 for those

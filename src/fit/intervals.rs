@@ -57,10 +57,20 @@ pub(super) fn resampled<T: Send>(
     (0..count).into_par_iter().map(draw).collect()
 }
 
+/// The factor by which an interval from a sample of `rows` rows with this number of free parameters is
+/// too narrow.
+pub(super) fn widening(rows: usize, parameters: usize) -> f64 {
+    let tail = (1.0 - CONFIDENCE) / 2.0;
+    let freedom = rows.saturating_sub(parameters).max(1) as f64;
+    let normal = Normal::standard().inverse_cdf(1.0 - tail);
+    let student = StudentsT::new(0.0, 1.0, freedom).map_or(normal, |t| t.inverse_cdf(1.0 - tail));
+    (rows as f64 / freedom).sqrt() * student / normal
+}
+
 /// The 95 % interval of `values`, which may be infinite, around the estimate `centre`: percentiles,
 /// corrected for the share of resamples below the estimate (bias-corrected: Efron 1981, DOI
-/// 10.2307/3314608), not narrower than the normal interval, and wider by what a sample of `rows` rows
-/// with this number of free parameters is too narrow.
+/// 10.2307/3314608), not narrower than the normal interval, and wider by
+/// [`widening`].
 pub(super) fn percentile_interval(
     mut values: Vec<f64>,
     centre: f64,
@@ -71,10 +81,8 @@ pub(super) fn percentile_interval(
     }
     values.sort_unstable_by(f64::total_cmp);
     let tail = (1.0 - CONFIDENCE) / 2.0;
-    let freedom = rows.saturating_sub(parameters).max(1) as f64;
     let normal = Normal::standard().inverse_cdf(1.0 - tail);
-    let student = StudentsT::new(0.0, 1.0, freedom).map_or(normal, |t| t.inverse_cdf(1.0 - tail));
-    let wider = (rows as f64 / freedom).sqrt() * student / normal;
+    let wider = widening(rows, parameters);
     let below = values.iter().filter(|value| **value < centre).count() as f64;
     let equal = values.iter().filter(|value| **value == centre).count() as f64;
     // Half of those that are equal count as below; the ends have no normal quantile.

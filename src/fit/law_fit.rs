@@ -8,11 +8,11 @@ use super::model::{
     DWELL, GRASP, LIFT, Leg, Observation, Parameters, RAMP, SLOWNESS, longest_path,
 };
 use super::options::{FitLaw, FitOptions};
+use super::profile::EXCLUDED;
 use super::robust::{Estimate, TUKEY, Task, median};
 
-/// What a value may cost that is not excluded: half of what twice the logarithm of the likelihood
-/// ratio exceeds by chance with a probability of 0.05 (Wilks 1938, DOI 10.1214/aoms/1177732360).
-const EXCLUDED: f64 = 0.5 * 3.841;
+/// The lowest speed that is not excluded is sought to this share of the highest one.
+const LEAST_SPEED_STEP: f64 = 5e-4;
 
 /// The estimate of a law with parameters, and what it rests on.
 #[derive(Debug, Clone)]
@@ -32,24 +32,29 @@ pub(super) struct LawEstimate {
 }
 
 impl LawEstimate {
-    /// The same law with other values that the times do not exclude: with the parameter of this index
-    /// moved by `rounding` either way, and at the lowest top speed.
-    pub(super) fn not_excluded(&self, index: usize, rounding: f64) -> Vec<Self> {
-        let with = |parameters: Parameters| Self {
+    /// The same law with other parameters.
+    pub(super) fn with(&self, parameters: Parameters) -> Self {
+        Self {
             estimate: Estimate {
                 parameters,
                 ..self.estimate
             },
             ..self.clone()
-        };
+        }
+    }
+
+    /// The same law with other values that the times do not exclude: with the parameter of this index
+    /// moved by `rounding` either way, and at the lowest top speed.
+    pub(super) fn not_excluded(&self, index: usize, rounding: f64) -> Vec<Self> {
         let moved = [-rounding, rounding].map(|by| {
             let mut parameters = self.estimate.parameters.clone();
             parameters[index] = (parameters[index] + by).max(0.0);
-            with(parameters)
+            self.with(parameters)
         });
+        let slowest = self.slowest.clone();
         moved
             .into_iter()
-            .chain(self.slowest.clone().map(with))
+            .chain(slowest.map(|parameters| self.with(parameters)))
             .collect()
     }
 }
@@ -269,12 +274,17 @@ fn without_speed(
         limited.refine(&start, unlimited.scale)
     };
     let mut slowest = with_speed(start, peak).parameters;
-    for step in 1..50 {
-        let slower = with_speed(&slowest, peak * (1.0 - 0.02 * f64::from(step)));
-        if slower.loss - least_loss > EXCLUDED {
+    let mut step = 0.02 * peak;
+    for _ in 0..60 {
+        let speed = 1.0 / slowest[SLOWNESS] - step;
+        if speed <= 0.0 || step < LEAST_SPEED_STEP * peak {
             break;
         }
-        slowest = slower.parameters;
+        let slower = with_speed(&slowest, speed);
+        match slower.loss - least_loss > EXCLUDED {
+            true => step *= 0.5,
+            false => slowest = slower.parameters,
+        }
     }
     let traded = free.iter().copied().filter(|index| {
         !undetermined.contains(index) && depends_on_speed(task, start, &slowest, *index)

@@ -5,7 +5,7 @@ use super::arm_result::ArmFit;
 use super::bench::LEAST_MOVES;
 use super::options::FitOptions;
 use super::places::check_places;
-use super::timed_move::{TimedMove, check_units};
+use super::timed_move::{TimedMove, check_units, without_copies};
 use crate::error::{Error, Result};
 use crate::station::Station;
 
@@ -42,11 +42,19 @@ pub fn fit_line(station: &Station, moves: &[TimedMove], options: &FitOptions) ->
     };
     let fit = |index: usize| {
         let own: Vec<TimedMove> = moves.iter().filter(|m| m.robot == index).cloned().collect();
+        let all = own.len();
+        let own = without_copies(own);
         if own.len() < least {
             return Ok(None);
         }
         let robot = &station.robots()[index];
         let mut notes = check_places(robot, station.belt(), &own)?;
+        if own.len() < all {
+            notes.push(format!(
+                "{} of {all} moves are copies of others, with the same times and places, and do not count",
+                all - own.len()
+            ));
+        }
         let mut fit = fit_arm(robot, index, &own, options)?;
         notes.append(&mut fit.notes);
         Ok(Some(ArmFit { notes, ..fit }))

@@ -3,8 +3,8 @@
 //! A pick takes `T(|from - meet| + 2 h)` from departure to grasp, and grasp time, `T(|meet - bin| + 2
 //! h)` and release time from grasp to release (`docs/real-lines.md`). Given such times, the parameters
 //! of T, the lift h and the dwell are estimated for each robot by nonlinear least squares with a
-//! robust loss (`robust.rs`), with intervals by bootstrap (`intervals.rs`). Where that law does not
-//! fit, T is a monotone table (`table.rs`).
+//! robust loss (`robust.rs`), with intervals by bootstrap (`intervals.rs`) and by the profile of the loss
+//! (`profile.rs`). Where that law does not fit, T is a monotone table (`table.rs`).
 //!
 //! Not every parameter can be told from every recording, and what cannot is said instead of guessed
 //! (`determined.rs`): only the sum of grasp and release time is in a pick; the top speed is unknown if no
@@ -25,6 +25,7 @@ mod moves_file;
 mod options;
 mod parameter;
 mod places;
+mod profile;
 mod remarks;
 mod resolution;
 mod robust;

@@ -11,6 +11,8 @@ use std::ops::Range;
 /// Fewer ways than this do not make a group, nor fewer groups a table.
 const LEAST_GROUP: usize = 10;
 const LEAST_GROUPS: usize = 3;
+/// Ways that differ by less than this are of one length [m].
+const LEAST_SPREAD: f64 = 1e-3;
 /// More points would follow the noise.
 const MOST_GROUPS: usize = 12;
 /// Variance of a median over that of a mean of normal values.
@@ -82,7 +84,12 @@ impl Groups {
         }
         let mut ends: Vec<f64> = (1..count).map(|i| ways[i * ways.len() / count]).collect();
         ends.push(f64::INFINITY);
-        ends.dedup();
+        let mut last = ways[0];
+        ends.retain(|end| {
+            let is_apart = end - last >= LEAST_SPREAD;
+            last = if is_apart { *end } else { last };
+            is_apart
+        });
         (ends.len() >= LEAST_GROUPS).then_some(Self { ends, way })
     }
 

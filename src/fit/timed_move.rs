@@ -6,6 +6,7 @@ use crate::error::{Error, Result, rounded};
 use crate::kinematics::{Encounter, distance};
 use crate::station::Robot;
 use nalgebra::Point2;
+use std::collections::HashSet;
 
 /// An item that an arm has met at an unknown time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -122,6 +123,26 @@ fn nearest_bin(robot: &Robot, at: Point2<f64>) -> usize {
     };
     let bins = 0..robot.bins.len();
     bins.min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(0)
+}
+
+/// `moves` of one robot without those that are there twice. An arm does not leave twice at one time, so
+/// these are copies, of which the second tells nothing. Where all moves begin at the same time, the times
+/// are durations, and equal ones are measured.
+pub(super) fn without_copies(moves: Vec<TimedMove>) -> Vec<TimedMove> {
+    let start = |m: &TimedMove| m.depart.or(m.grasp).map(f64::to_bits);
+    let first = moves.first().and_then(start);
+    if moves.iter().all(|m| start(m) == first) {
+        return moves;
+    }
+    let key = |m: &TimedMove| {
+        let places = [Some(m.from), Some(m.meet), m.bin];
+        let places = places.map(|at| at.map(|at| [at.x.to_bits(), at.y.to_bits()]));
+        let times = [m.depart, m.grasp, m.release, m.failed];
+        (places, times.map(|time| time.map(f64::to_bits)))
+    };
+    let mut known = HashSet::new();
+    let kept = moves.into_iter().filter(|m| known.insert(key(m)));
+    kept.collect()
 }
 
 /// Ways of a pick are not longer than this [m], nor times than this [s].

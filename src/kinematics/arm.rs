@@ -101,6 +101,45 @@ impl Arm {
         }
     }
 
+    /// For an arm that accelerates a time [s] that [`Arm::travel_time`] of an item at this distance [m] is
+    /// not below, and a length [m] that its way is not below; `None` for other arms.
+    ///
+    /// The distance of a moving item is convex over time, so it is at least what its present rate of
+    /// change makes of it, and no less than across the belt. T is at least `sqrt(2 l c)` at any length.
+    #[inline]
+    pub(crate) fn least_travel_time(
+        &self,
+        dx: f64,
+        dy: f64,
+        belt_speed: f64,
+    ) -> Option<(f64, f64)> {
+        let TravelLaw::Trapezoid { .. } = self.law else {
+            return None;
+        };
+        let c = self.law.ramp();
+        let now = distance(dx, dy);
+        let rate = if now > 0.0 {
+            belt_speed * dx / now
+        } else {
+            0.0
+        };
+        // The root of `sqrt(2 c (now + rate tau + 2 h)) = tau`.
+        let recedes = c * rate;
+        let tau = recedes + (recedes * recedes + 2.0 * c * (now + 2.0 * self.lift)).sqrt();
+        let way = if rate > 0.0 {
+            now + rate * tau
+        } else {
+            dy.abs()
+        };
+        Some((tau, way))
+    }
+
+    /// A time [s] that [`Arm::time`] over this distance [m] is not below, for an arm that accelerates.
+    #[inline]
+    pub(crate) fn least_time(&self, distance: f64) -> f64 {
+        (2.0 * self.law.ramp() * (distance + 2.0 * self.lift)).sqrt()
+    }
+
     fn general_travel_time(&self, item: &Encounter) -> f64 {
         let low = (item.upstream / item.belt_speed).max(0.0);
         let high = (item.downstream / item.belt_speed).max(low);
@@ -281,6 +320,45 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn bounds_are_below_the_times_and_near_them() {
+        for arm in &arms()[1..3] {
+            for (dx, dy) in [
+                (-0.6, 0.05),
+                (-0.2, 0.3),
+                (-0.02, 0.2),
+                (0.0, 0.0),
+                (0.1, 0.1),
+                (0.4, 0.4),
+            ] {
+                let item = Encounter {
+                    dx,
+                    dy,
+                    belt_speed: BELT,
+                    upstream: -9.0,
+                    downstream: 9.0,
+                };
+                let tau = arm.travel_time(&item);
+                let way = distance(dx + BELT * tau, dy);
+                let (least, shortest) = arm.least_travel_time(dx, dy, BELT).unwrap();
+                assert!(
+                    least <= tau * (1.0 + 1e-12),
+                    "{arm:?} {dx} {dy}: {least} {tau}"
+                );
+                assert!(
+                    shortest <= way + 1e-12,
+                    "{arm:?} {dx} {dy}: {shortest} {way}"
+                );
+                assert!(arm.least_time(way) <= arm.time(way) * (1.0 + 1e-12));
+                // While it accelerates, nothing but the curvature of the distance is lost.
+                if dx >= 0.0 && arm.law.top_speed() == Some(10.0) {
+                    assert!(least > 0.9 * tau, "{arm:?} {dx} {dy}: {least} {tau}");
+                }
+            }
+        }
+        assert!(arms()[0].least_travel_time(0.1, 0.1, BELT).is_none());
     }
 
     #[test]

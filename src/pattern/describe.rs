@@ -36,6 +36,10 @@ pub struct Description {
     pub with_p_grasp: usize,
     /// Number of items with an explicit weight.
     pub with_weight: usize,
+    /// Number of items with a true class.
+    pub with_true_class: usize,
+    /// Number of items whose true class is another one than that detected.
+    pub misdetected: usize,
     /// Number of items per class; empty if there are no classes.
     pub classes: BTreeMap<String, usize>,
 }
@@ -76,6 +80,8 @@ pub fn describe(pattern: &Pattern) -> Description {
         with_p_detection: count(&|i| i.p_detection.is_some()),
         with_p_grasp: count(&|i| i.p_grasp.is_some()),
         with_weight: count(&|i| i.weight.is_some()),
+        with_true_class: count(&|i| i.true_class.is_some()),
+        misdetected: count(&|i| i.true_class.is_some() && i.true_class != i.class),
         classes,
     }
 }

@@ -1,7 +1,7 @@
 //! Warnings about pattern values that the model allows but that are implausible.
 
 use super::item::{Item, Pattern};
-use crate::error::{counted, shown};
+use crate::error::{counted, listed, shown};
 use crate::plausible::{ITEM_AREA, ITEM_GAP, OFF_CENTRE, Warning};
 use crate::station::Station;
 
@@ -42,14 +42,34 @@ impl Pattern {
             let stated = class.and_then(|class| station.class(class));
             stated.is_none_or(|class| class.wanted) && !station.takes(station.class_id(class))
         };
-        let class = &self.items().iter().find(has_no_bin)?.class;
-        let alike = self.items().iter().filter(|item| item.class == *class);
-        let count = counted(alike.count(), "item");
-        let what = match class {
-            Some(class) => format!("{count} of class `{}`", shown(class)),
-            None => format!("{count} without a class"),
-        };
-        let problem = format!("no robot has a bin for {what}, which will stay on the belt");
+        let mut counts: Vec<(&Option<String>, usize)> = Vec::new();
+        for item in self.items().iter().filter(has_no_bin) {
+            match counts.iter_mut().find(|(class, _)| **class == item.class) {
+                Some((_, count)) => *count += 1,
+                None => counts.push((&item.class, 1)),
+            }
+        }
+        let (class, _) = counts.first()?;
+        let (shown_ones, others) = counts.split_at(counts.len().min(MOST_CLASSES));
+        let mut parts: Vec<String> = shown_ones
+            .iter()
+            .map(|(class, count)| match class {
+                Some(class) => format!("{} of class `{}`", counted(*count, "item"), shown(class)),
+                None => format!("{} without a class", counted(*count, "item")),
+            })
+            .collect();
+        if !others.is_empty() {
+            let items: usize = others.iter().map(|(_, count)| count).sum();
+            let classes = match others.len() {
+                1 => "another class".to_owned(),
+                count => format!("{count} other classes"),
+            };
+            parts.push(format!("{} of {classes}", counted(items, "item")));
+        }
+        let problem = format!(
+            "no robot has a bin for {}, which will stay on the belt",
+            listed(&parts)
+        );
         let cure = match class {
             Some(_) => {
                 "give a robot a bin for the class, or one without classes, which takes whatever \
@@ -63,6 +83,9 @@ impl Pattern {
         Some(Warning::new(format!("{name}: class"), problem, cure))
     }
 }
+
+/// More classes are not named one by one.
+const MOST_CLASSES: usize = 4;
 
 /// Computed values are shown with six digits.
 fn six_digits(value: f64) -> f64 {

@@ -454,7 +454,7 @@ pub(crate) fn check_offered(station: &Station, patterns: &[Pattern]) -> Result<(
         return Ok(());
     }
     Err(Error::usage(
-        "'patterns'",
+        "the patterns",
         "no item is to be picked: robots have no bin for any of them, or all are unwanted",
         "give the items classes that robots have bins for, by 'classes' (such as pet:0.4,hdpe:0.6) \
          where patterns are generated or by the column class of a file",

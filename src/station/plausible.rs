@@ -2,7 +2,7 @@
 
 use super::geometry::Station;
 use super::robot::Robot;
-use crate::error::{known_names, shown, shown_number};
+use crate::error::{known_names, listed, shown, shown_number};
 use crate::kinematics::TravelLaw;
 use crate::kinematics::distance;
 use crate::plausible::{
@@ -36,9 +36,9 @@ impl Station {
         list.extend(first(&|robot, at| {
             REACH.check(&format!("{at}, reach"), robot.reach)
         }));
-        list.extend(first(&|robot, at| {
-            let speed = robot.arm.law.top_speed()?;
-            ARM_SPEED.check(&format!("{at}, speed"), speed)
+        list.extend(first(&|robot, at| match robot.arm.law.top_speed() {
+            Some(speed) => ARM_SPEED.check(&format!("{at}, speed"), speed),
+            None => ARM_SPEED.check(&format!("{at}, travel"), robot.cruising_speed()),
         }));
         list.extend(first(&|robot, at| check_law(&robot.arm.law, at)));
         list.extend(first(&|robot, at| {
@@ -59,25 +59,77 @@ impl Station {
         let widest = gaps.fold(0.0, f64::max);
         list.extend(BASE_GAP.check(&place("bases along the belt"), widest));
         list.extend(self.check_classes(&place("class")));
+        list.extend(self.check_unwanted(&place("class")));
+        list.extend(first(&|robot, at| self.check_unused_bin(robot, at)));
         list
+    }
+
+    /// Warns about a class that is worth something, but not wanted.
+    fn check_unwanted(&self, at: &str) -> Option<Warning> {
+        let mut classes = self.classes().iter();
+        let class = classes.find(|class| !class.wanted && class.value != 1.0)?;
+        let problem = format!(
+            "class `{}` has a value, but is not wanted: nothing of it is ever picked",
+            shown(&class.name)
+        );
+        let cure = "leave out `value`, or `wanted = false`";
+        Some(Warning::new(at, problem, cure))
+    }
+
+    /// Warns about a bin of `robot` that nothing goes into.
+    fn check_unused_bin(&self, robot: &Robot, at: &str) -> Option<Warning> {
+        let is_unwanted = |name: &String| self.class(name).is_some_and(|class| !class.wanted);
+        let mut named = robot.bins.iter().filter_map(|bin| {
+            let classes = bin.classes.as_ref()?;
+            Some((bin, classes))
+        });
+        let (bin, classes) =
+            named.find(|(_, classes)| !classes.is_empty() && classes.iter().all(is_unwanted))?;
+        let problem = format!(
+            "nothing goes into bin `{}`: {} not wanted",
+            shown(&bin.name),
+            match classes.as_slice() {
+                [only] => format!("its class `{}` is", shown(only)),
+                _ => "all of its classes are".to_owned(),
+            }
+        );
+        let cure = "leave out `wanted = false` of a class, or the bin";
+        Some(Warning::new(at, problem, cure))
     }
 
     /// Warns about a class that the station describes and wants, but that no bin takes.
     fn check_classes(&self, at: &str) -> Option<Warning> {
-        let mut classes = self.classes().iter().filter(|class| class.wanted);
-        let class = classes.find(|class| !self.takes(self.class_id(Some(&class.name))))?;
+        let untaken = self.classes().iter().filter(|class| class.wanted);
+        let untaken = untaken.filter(|class| !self.takes(self.class_id(Some(&class.name))));
+        let names: Vec<&str> = untaken.map(|class| class.name.as_str()).collect();
+        let first = names.first()?;
         let bins = self.robots().iter().flat_map(|robot| &robot.bins);
         let named: Vec<&str> = bins
             .flat_map(|bin| bin.classes.iter().flatten())
             .map(String::as_str)
             .collect();
-        let problem = format!(
-            "no robot has a bin for class `{}`, whose items will stay on the belt",
-            shown(&class.name)
-        );
+        let quoted: Vec<String> = names
+            .iter()
+            .map(|name| format!("`{}`", shown(name)))
+            .collect();
+        let problem = match quoted.as_slice() {
+            [only] => {
+                format!("no robot has a bin for class {only}, whose items will stay on the belt")
+            }
+            _ => format!(
+                "no robot has a bin for the classes {}, whose items will stay on the belt",
+                listed(&quoted)
+            ),
+        };
         let cure = format!(
-            "name the class at a bin ({}), or give it `wanted = false`",
-            known_names(&class.name, &named)
+            "name {} at a bin ({}), or give {} `wanted = false`",
+            if names.len() == 1 {
+                "the class"
+            } else {
+                "each"
+            },
+            known_names(first, &named),
+            if names.len() == 1 { "it" } else { "them" },
         );
         Some(Warning::new(at, problem, cure))
     }

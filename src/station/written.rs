@@ -41,7 +41,8 @@ fn quoted(text: &str) -> toml::Value {
 }
 
 fn write_robot(text: &mut String, robot: &Robot) {
-    let point = |at: Point2<f64>| format!("[{:?}, {:?}]", at.x, at.y);
+    // Adding 0 makes a negative zero positive.
+    let point = |at: Point2<f64>| format!("[{:?}, {:?}]", at.x + 0.0, at.y + 0.0);
     let first = &robot.bins[0];
     let only = robot.has_only_bin();
     let mut line = |key: &str, value: String| {

@@ -328,7 +328,7 @@ fn check_training(options: &SweepOptions, generated: bool, scored: &PatternSet) 
     if let Some(set) = options.threshold_patterns() {
         let mut labelled = set.labels.iter().zip(&set.patterns);
         return match labelled.find(|(_, pattern)| scored.patterns.contains(pattern)) {
-            None => check_detections(set),
+            None => check_detections(set, generated),
             Some((label, _)) => Err(Error::usage(
                 format!("'training': {}", shown(label)),
                 "is one of the patterns that are swept, which would not be fresh",
@@ -351,7 +351,7 @@ fn check_training(options: &SweepOptions, generated: bool, scored: &PatternSet) 
 ///
 /// # Errors
 /// None of its items has a `p_detection`.
-fn check_detections(set: &PatternSet) -> Result<()> {
+fn check_detections(set: &PatternSet, scored_are_generated: bool) -> Result<()> {
     let mut items = set.patterns.iter().flat_map(|pattern| pattern.items());
     if items.any(|item| item.p_detection.is_some()) {
         return Ok(());
@@ -359,7 +359,12 @@ fn check_detections(set: &PatternSet) -> Result<()> {
     Err(Error::usage(
         "'training'",
         "no item of these patterns has a p_detection, so no threshold can be chosen on them",
-        "name patterns with this column, or leave it out for patterns like those scored",
+        match scored_are_generated {
+            true => {
+                "name patterns with this column, or leave it out for patterns like those scored"
+            }
+            false => "name recorded patterns with this column",
+        },
     ))
 }
 

@@ -2,7 +2,7 @@
 
 use super::options::{MethodSettings, StudyOptions};
 use super::patterns::ScoredPatterns;
-use super::robust::RobustTraining;
+use super::robust::{RobustTraining, training_patterns};
 use super::values::ValueOptions;
 use crate::error::{Error, Result, shown_number};
 use crate::experiment::Axis;
@@ -108,6 +108,28 @@ impl SweepOptions {
     pub fn with_threshold_patterns(mut self, patterns: PatternSet) -> Self {
         self.own.threshold_patterns = Some(patterns);
         self
+    }
+
+    /// With robust GT (game theory) found as users name it; see [`RobustTraining::named`]. With a purity,
+    /// which has to be set before, rules and a training set may both be named: the set is then for the
+    /// threshold.
+    ///
+    /// # Errors
+    /// As for [`RobustTraining::named`].
+    pub fn with_named_training(
+        self,
+        robust: Option<&str>,
+        set: Option<&str>,
+        items: Option<usize>,
+        (station, seed): (&Station, u64),
+    ) -> Result<Self> {
+        if let (Some(_), Some(rules), Some(set)) = (self.own.purity, robust, set) {
+            let set = training_patterns(set, items, (station, seed))?;
+            let training = RobustTraining::given(rules)?;
+            return Ok(self.with_training(training).with_threshold_patterns(set));
+        }
+        let training = RobustTraining::named(robust, set, items, false, (station, seed))?;
+        Ok(self.with_training(training))
     }
 
     /// The patterns that are named to choose the threshold of detections on.

@@ -240,6 +240,20 @@ fn a_class_that_nobody_takes() {
             &["class", "no robot has a bin for 1 item of class `glass`"],
         );
     }
+    // All of them are named.
+    let many = "id,x,y,class\na,0,0,glass\nb,-0.5,0,tin\nc,-1,0,glass\nd,-1.5,0,iron\ne,-2,0,cork\n\
+                f,-2.5,0,felt\ng,-3,0,clay\nh,-3.5,0,pet\n";
+    std::fs::write(at("many.csv"), many).unwrap();
+    let many = at("many.csv");
+    let call = ["simulate", "-q", "--station", "sorting", "--pattern", &many];
+    doubtful(
+        &[&call[..], &["--strategy", "SPT,SPT,SPT,SPT"]].concat(),
+        &[
+            "class",
+            "2 items of class `glass`, 1 item of class `tin`, 1 item of class `iron`, 1 item of class \
+             `cork` and 2 items of 2 other classes, which will stay on the belt",
+        ],
+    );
     let wood = at("wood.csv");
     let call = [
         "simulate",

@@ -101,6 +101,113 @@ fn what_is_unknown_is_told_and_the_rest_is_checked() {
     assert_eq!(report["picks"], 5);
 }
 
+/// Of a row with something that does not exist, times are checked by themselves, and the ways of a robot
+/// that exists where the file says where it went.
+#[test]
+fn times_of_what_is_unknown_are_checked_by_themselves() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let write = |name: &str, text: &str| std::fs::write(path.join(name), text).unwrap();
+    write("one.toml", STATION);
+    write("p.csv", "id,x,y\nA,0,0\n");
+    write(
+        "picks.csv",
+        "item,robot,decide_s,grasp_s,release_s,meet_x_m,meet_y_m\nA,a,4,5,6.5,,\nA,z,14,13,12,,\n\
+         D,a,20,19,19.1,,\nD,a,30,35,36.5,0.5,0\nD,a,-40,61,62.5,,\nD,z,70,75,80,,\nA,z,90,60,91,,\n",
+    );
+    let (report, code) = verdict(path, "picks.csv --station one.toml --pattern p.csv");
+    assert_eq!(code, 1);
+    let of = |line: u64| {
+        let own = report["violations"].as_array().unwrap().iter();
+        let own = own.filter(|v| v["line"] == line && v["kind"] != "unknown");
+        let own = own.map(|v| {
+            (
+                v["kind"].as_str().unwrap().to_owned(),
+                v["problem"].as_str().unwrap().to_owned(),
+                v["accepted_from_s"].as_f64(),
+            )
+        });
+        own.collect::<Vec<_>>()
+    };
+    let named = |line: u64, kind: &str, words: &str| {
+        let found = of(line);
+        let own = found.iter().find(|v| v.0 == kind);
+        let own = own.unwrap_or_else(|| panic!("{line} {kind}: {found:?}"));
+        assert!(own.1.contains(words), "{own:?}");
+        own.2
+    };
+    // Who leaves 40 s too early is busy for a while.
+    assert!(of(2).iter().all(|v| v.0 == "busy"), "{:?}", of(2));
+    let half = named(3, "travel_time", "grasps at 13 s, before it leaves at 14 s");
+    assert!((half.unwrap() - 0.5).abs() < 1e-6);
+    named(
+        3,
+        "return_time",
+        "in the bin at 12 s, before the grasp begins at 13 s",
+    );
+    named(4, "travel_time", "before it leaves at 20 s");
+    // 0.2 s of grasp and release, at least.
+    named(4, "return_time", "grasp and release alone take");
+    // It was at its bin, and is said to have met something at a place that takes 1 s.
+    named(5, "travel_time", "does not take 5 s, but 1 s");
+    named(6, "times", "leaves at -40 s, before the run begins");
+    assert_eq!(of(7), []);
+    // No tolerance may be so large.
+    assert_eq!(named(8, "travel_time", "before it leaves at 90 s"), None);
+    let place = |line: u64| {
+        let own = report["violations"].as_array().unwrap().iter();
+        own.clone().find(|v| v["line"] == line).unwrap()["place"].clone()
+    };
+    assert!(place(4).is_null() && place(5)[0] == 0.5);
+}
+
+/// Picks come from a pipe as well; a file without picks is doubtful.
+#[test]
+fn picks_are_read_from_stdin_and_none_are_told() {
+    use std::io::Write as _;
+    let folder = tempfile::tempdir().unwrap();
+    let piped = |text: &str, flags: &[&str]| {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_pickline"))
+            .args(["check", "-"])
+            .args(flags)
+            .current_dir(folder.path())
+            .stdin(std::process::Stdio::piped())
+            .stdout(std::process::Stdio::piped())
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .unwrap();
+        // It may refuse before it reads.
+        let _ = child.stdin.take().unwrap().write_all(text.as_bytes());
+        let output = child.wait_with_output().unwrap();
+        let told = [output.stdout, output.stderr].map(|t| String::from_utf8(t).unwrap());
+        (told, output.status.code().unwrap())
+    };
+    let picks = printed(folder.path(), "simulate -q --no-bound --format csv");
+    let ([verdict, _], code) = piped(&picks, &["-q"]);
+    assert!(
+        code == 0 && verdict.contains("picks of stdin (hash"),
+        "{verdict}"
+    );
+    let none = "robot,item,decide_s,grasp_s,release_s\n";
+    let ([verdict, told], code) = piped(none, &["-q"]);
+    assert_eq!(code, 0);
+    assert!(
+        verdict.contains("there are no picks that could contradict"),
+        "{verdict}"
+    );
+    assert!(
+        told.contains("warning: stdin: has a header, but no picks"),
+        "{told}"
+    );
+    let ([_, told], code) = piped(none, &["--strict"]);
+    assert!(code != 0 && told.contains("no picks"), "{told}");
+    let ([_, told], code) = piped(&picks, &["--pattern", "-"]);
+    assert!(
+        code == 2 && told.contains("--pattern: stdin is used for the picks"),
+        "{told}"
+    );
+}
+
 /// Every line with something wrong is named, with the place and what would be right.
 #[test]
 fn other_programs_are_told_what_is_wrong_where() {

@@ -34,9 +34,15 @@ fn expected(own: &[Raw], whole: Option<&Vec<Raw>>, counts: &[bool]) -> Expected 
     let picked = |runs: &[Raw]| -> Vec<f64> { runs.iter().map(|run| run.picked as f64).collect() };
     let loss = whole.map(|whole| {
         let (before, after) = (picked(whole), picked(own));
-        let percent = |items: f64| 100.0 * items / mean(&before);
-        let ends = paired(&before, &after).unwrap().map(percent);
-        [percent(mean(&before) - mean(&after)), ends[0], ends[1]]
+        let lost = 1.0 - mean(&after) / mean(&before);
+        // Cochran's variance of a ratio, from the residuals of what is lost on each pattern.
+        let off: Vec<f64> = before
+            .iter()
+            .zip(&after)
+            .map(|(b, a)| (b - a - lost * b) / mean(&before))
+            .collect();
+        let [low, high] = interval(&off).unwrap();
+        [lost, lost + low, (lost + high).min(1.0)].map(|share| 100.0 * share)
     });
     let of = |place: usize| loss.map(|loss| loss[place]);
     to.insert("loss_percent", of(0));

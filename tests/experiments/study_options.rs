@@ -58,7 +58,7 @@ fn patterns_of_which_nothing_is_to_be_picked_have_no_best_rules() {
     let played = study::game(&sorting, &GameOptions::default(), quiet);
     for refused in [optimized.unwrap_err(), played.unwrap_err()] {
         assert_eq!(refused.kind(), ErrorKind::Usage);
-        assert_eq!(refused.place(), Some("'patterns'"));
+        assert_eq!(refused.place(), Some("the patterns"));
         assert!(refused.to_string().contains("no item is to be picked"));
     }
 }

@@ -56,7 +56,13 @@ fn a_recording_tells_how_the_arms_really_move() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let planned = built_in("delta").unwrap().station(None).unwrap();
-    std::fs::write(path.join("planned.toml"), to_toml(&planned)).unwrap();
+    let text = to_toml(&planned);
+    std::fs::write(path.join("planned.toml"), &text).unwrap();
+    std::fs::write(
+        path.join("other.toml"),
+        text.replace("name = \"r", "name = \"x"),
+    )
+    .unwrap();
     let pattern = grid(planned.belt().width, 0.1, 1000).unwrap();
     let faults = InjectedFaults::default()
         .with_grasp_failures(0.1)
@@ -70,6 +76,15 @@ fn a_recording_tells_how_the_arms_really_move() {
     printed(path, run, &said);
     let fit = "station fit r.mcap --resamples 200 --format json --out fitted.toml";
     let report: Value = serde_json::from_str(&printed(path, fit, "")).unwrap();
+    // A station with other robots has none of these moves.
+    let output = Command::new(env!("CARGO_BIN_EXE_pickline"))
+        .args(["station", "fit", "r.mcap", "--station", "other.toml"])
+        .current_dir(path)
+        .output()
+        .unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    let words = "r.mcap: its tasks: they are of `r1`, `r2` and `r3`, but the station has `x1`, `x2` and `x3`";
+    assert!(!output.status.success() && told.contains(words), "{told}");
     let robots = report["robots"].as_array().unwrap();
     assert_eq!(robots.len(), 3);
     let (mut told, mut inside) = (0, 0);
@@ -123,14 +138,28 @@ fn a_recording_tells_how_the_arms_really_move() {
             assert!(off.abs() < 0.006, "{}, {way}: {off}", robot.name);
         }
     }
-    // Another station has other robots.
-    let other = as_built(&built_in("delta").unwrap().station(Some(2)).unwrap());
+}
+
+/// A true station differs from the planned one in how its arms move, and in nothing else.
+#[test]
+fn a_true_station_is_the_planned_one() {
     let planned = built_in("delta").unwrap().station(None).unwrap();
-    let pattern = grid(planned.belt().width, 0.2, 10).unwrap();
-    let emulator = Emulator::new(planned, pattern, InjectedFaults::default()).unwrap();
-    let refused = emulator.with_true_station(&other).unwrap_err().to_string();
-    assert!(
-        refused.contains("'true_station'") && refused.contains("other names"),
-        "{refused}"
-    );
+    let refused = |real: &Station| {
+        let pattern = grid(planned.belt().width, 0.2, 10).unwrap();
+        let emulator = Emulator::new(planned.clone(), pattern, InjectedFaults::default()).unwrap();
+        let refused = emulator
+            .with_true_station(real)
+            .err()
+            .map(|e| e.to_string());
+        refused.inspect(|text| assert!(text.contains("'true_station'"), "{text}"))
+    };
+    assert_eq!(refused(&as_built(&planned)), None);
+    let fewer = Station::new(*planned.belt(), planned.robots()[..2].to_vec()).unwrap();
+    assert!(refused(&fewer).unwrap().contains("other names"));
+    let slower = planned.with_belt_speed(0.5 * planned.belt().speed).unwrap();
+    assert!(refused(&slower).unwrap().contains("its belt is not"));
+    let mut robots = planned.robots().to_vec();
+    robots[1].reach *= 0.9;
+    let short = Station::new(*planned.belt(), robots).unwrap();
+    assert!(refused(&short).unwrap().contains("another reach"));
 }

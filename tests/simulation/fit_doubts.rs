@@ -2,14 +2,12 @@
 //! have, places that the station does not have.
 
 use crate::fit::{
-    BELT, DWELL, GRASP, NOISE, RELEASE, constant, fit, guess, moves_of, normal, station_of,
-    trapezoid, value,
+    BELT, DWELL, GRASP, NOISE, RELEASE, constant, fit, guess, moves_of, normal, recorded,
+    station_of, trapezoid, value,
 };
 use nalgebra::Point2;
-use pickline::fit::{
-    ArmFit, Chased, FitLaw, FitOptions, FittedLaw, TimedMove, fit_line, fitted_station,
-};
-use pickline::kinematics::{Arm, Encounter, TravelLaw};
+use pickline::fit::{ArmFit, FitLaw, FitOptions, FittedLaw, TimedMove, fit_line, fitted_station};
+use pickline::kinematics::{Arm, TravelLaw};
 use pickline::pattern::random_stream;
 use pickline::station::{Bin, Robot, Station};
 use rand::RngExt as _;
@@ -306,31 +304,48 @@ fn the_first_point_of_a_table_is_extrapolated() {
     );
 }
 
-/// Moves as a recording has them: departure and release, chasing the item.
-fn recorded(truth: &Arm) -> Vec<TimedMove> {
-    let mut rng = random_stream(4, 0);
-    let mut draw = |line: u64| {
-        let (x, y) = (
-            0.1 + 1.2 * rng.random::<f64>(),
-            0.7 * rng.random::<f64>() - 0.35,
+/// Copies of moves tell nothing, and equal durations do.
+#[test]
+fn copies_count_once() {
+    let moves = alike(&trapezoid(3.0, 15.0, 0.04), (0.1, 0.8));
+    let twice: Vec<TimedMove> = moves.iter().chain(&moves).cloned().collect();
+    let (once, found) = (fit(&moves, &quick()), fit(&twice, &quick()));
+    assert!(
+        has_note(&found, "150 of 300 moves are copies"),
+        "{:?}",
+        found.notes
+    );
+    assert_eq!((found.moves, &found.parameters), (150, &once.parameters));
+    // From stop watches: every time counts from 0.
+    let timed: Vec<TimedMove> = twice
+        .into_iter()
+        .map(|mut timed| {
+            let depart = timed.depart.unwrap();
+            for time in [&mut timed.depart, &mut timed.grasp, &mut timed.release] {
+                *time = time.map(|time| time - depart);
+            }
+            timed
+        })
+        .collect();
+    let found = fit(&timed, &quick());
+    assert_eq!(found.moves, 300);
+    assert!(!has_note(&found, "copies"), "{:?}", found.notes);
+}
+
+/// Ways of one length give no table that an arm could have.
+#[test]
+fn one_length_gives_no_table() {
+    let options = quick().with_law(FitLaw::Table);
+    for ways in [(0.4, 0.4), (0.4, 0.400_000_1), (0.4, 0.4009)] {
+        let moves = alike(&trapezoid(3.0, 15.0, 0.04), ways);
+        let refused = fit_line(&guess(), &moves, &options)
+            .unwrap_err()
+            .to_string();
+        assert!(
+            refused.contains("over too few lengths"),
+            "{ways:?}: {refused}"
         );
-        let tau = truth.travel_time(&Encounter {
-            dx: x - HOME.x,
-            dy: y - HOME.y,
-            belt_speed: BELT.speed,
-            upstream: -x,
-            downstream: BELT.length - x,
-        });
-        let met = Point2::new(x + BELT.speed * tau, y);
-        let home = truth.time(nalgebra::distance(&met, &HOME));
-        let mut timed = TimedMove::new(0, line, HOME, Point2::new(x, y));
-        timed.chased = Some(Chased::new(BELT.speed, BELT.length));
-        timed.depart = Some(5.0);
-        timed.bin = Some(HOME);
-        timed.release = Some(5.0 + tau + GRASP + home + RELEASE + NOISE * normal(&mut rng));
-        timed
-    };
-    (0..300).map(&mut draw).collect()
+    }
 }
 
 /// A recording cannot give a table, which is said where one is asked for, and where no law fits.
@@ -346,7 +361,7 @@ fn a_recording_says_why_it_gives_no_table() {
         ]),
         lift: 0.01,
     };
-    let moves = recorded(&bent);
+    let moves = recorded(&bent, false);
     let refused = fit_line(&guess(), &moves, &quick().with_law(FitLaw::Table));
     let refused = refused.unwrap_err().to_string();
     assert!(
@@ -365,7 +380,7 @@ fn a_recording_says_why_it_gives_no_table() {
         "{:?}",
         found.notes
     );
-    let good = fit(&recorded(&trapezoid(3.0, 15.0, 0.04)), &quick());
+    let good = fit(&recorded(&trapezoid(3.0, 15.0, 0.04), false), &quick());
     assert!(!has_note(&good, "does not fit"), "{:?}", good.notes);
 }
 

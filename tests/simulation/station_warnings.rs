@@ -2,7 +2,7 @@
 
 use crate::stations::{BELT, robot};
 use nalgebra::Point2;
-use pickline::station::{Belt, Robot, Station, built_in};
+use pickline::station::{Belt, Overrides, Robot, Station, built_in, parse};
 
 /// How far outside the belt a base may stand: its reach, along and across.
 #[test]
@@ -159,4 +159,57 @@ fn only_places_of_a_camera_are_warned_of() {
     for x in [-25.1, 4.3] {
         assert!(station.check_camera("--camera-x", x).is_some(), "{x}");
     }
+}
+
+/// Classes that nobody takes are all named, each once; what an unwanted class says besides is told, and
+/// so is a bin that nothing goes into.
+#[test]
+fn classes_and_bins_without_use_are_warned_of() {
+    let warned = |text: &str| {
+        let robot = "[[robot]]\nname = \"a\"\nbase = [1, -0.5]\nreach = 1\nspeed = 2\ngrasp_time = 0.1\nrelease_time = 0.1\n";
+        let belt = "[belt]\nspeed = 0.2\nlength = 2\nwidth = 0.5\n";
+        let text = format!("{belt}{robot}{text}");
+        let station = parse(&text, "s", Overrides::default()).unwrap();
+        let warnings = station.warnings("s");
+        warnings.iter().map(|w| w.to_string()).collect::<Vec<_>>()
+    };
+    let bin = |name: &str, classes: &str| {
+        format!("[[robot.bin]]\nname = \"{name}\"\nat = [1, -0.6]\nclasses = [{classes}]\n")
+    };
+    let class = |name: &str, more: &str| format!("[[class]]\nname = \"{name}\"\n{more}\n");
+    let used = bin("one", "\"pet\"") + &bin("two", "\"wood\"");
+    assert_eq!(
+        warned(&(used.clone() + &class("pet", "value = 2"))),
+        [""; 0]
+    );
+    let told = warned(&(used.clone() + &class("tin", "") + &class("iron", "")));
+    assert_eq!(told.len(), 1, "{told:?}");
+    assert!(told[0].contains("the classes `tin` and `iron`"), "{told:?}");
+    let told = warned(&(used.clone() + &class("tin", "")));
+    assert!(told[0].contains("for class `tin`, whose items"), "{told:?}");
+    assert!(told[0].contains("known: pet, wood)"), "{told:?}");
+    let told = warned(&(used + &class("wood", "wanted = false\nvalue = 3")));
+    assert_eq!(told.len(), 2, "{told:?}");
+    assert!(
+        told[0].contains("`wood` has a value, but is not wanted"),
+        "{told:?}"
+    );
+    assert!(told[1].contains("nothing goes into bin `two`"), "{told:?}");
+}
+
+/// A table of times is judged by the speed that it comes to.
+#[test]
+fn a_table_without_times_is_warned_of() {
+    let warned = |travel: &str| {
+        let text = format!(
+            "[belt]\nspeed = 0.2\nlength = 2\nwidth = 0.5\n[[robot]]\nname = \"a\"\nbase = [1, -0.5]\nbin = [1, -0.6]\n\
+             reach = 1\ntravel = {travel}\ngrasp_time = 0.1\nrelease_time = 0.1\n"
+        );
+        let station = parse(&text, "s", Overrides::default()).unwrap();
+        let warnings = station.warnings("s");
+        warnings.iter().map(|w| w.to_string()).collect::<Vec<_>>()
+    };
+    assert_eq!(warned("[[0, 0.1], [0.5, 0.3], [1, 0.5]]"), [""; 0]);
+    let told = warned("[[0, 0], [1, 0]]");
+    assert!(told.len() == 1 && told[0].contains("travel"), "{told:?}");
 }

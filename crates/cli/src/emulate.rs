@@ -64,7 +64,11 @@ impl EmulateArgs {
                 station: file.clone(),
                 ..self.station.clone()
             };
-            emulator = emulator.with_true_station(&choice.load()?)?;
+            let real = choice.load().map_err(|error| match error.place() {
+                Some("'station'") => error.at("'true_station'"),
+                _ => error,
+            })?;
+            emulator = emulator.with_true_station(&real)?;
         }
         remarks.remark(&format!(
             "playing {name} on station {}",

@@ -9,13 +9,13 @@ use super::warnings::warn;
 use pickline::error::{Error, Result, shown, shown_number};
 use pickline::files;
 use pickline::optimize::Limits;
-use pickline::pattern::{self, Attributes, Feed, FeedShape, Pattern, PatternSet, grid};
+use pickline::pattern::{self, Attributes, Feed, FeedShape, Pattern, grid};
 use pickline::planning::Budget;
 use pickline::plausible::{CLUSTER_SPREAD, FLOW, GAP_LENGTH};
 use pickline::sim::{Conditions, Disturbances};
 use pickline::station::{self, Overrides, Station};
 use pickline::strategies::{self, StrategySpec};
-use pickline::study::{DEFAULT_GRID, RobustTraining, ScoredPatterns, training_patterns};
+use pickline::study::{DEFAULT_GRID, RobustTraining, ScoredPatterns};
 use std::io::Read as _;
 use std::path::Path;
 
@@ -209,16 +209,6 @@ impl TrainingArgs {
         let (robust, set) = (self.robust.as_deref(), self.train_patterns.as_deref());
         RobustTraining::named(robust, set, self.train_items, paper, (station, seed))
     }
-
-    /// The training set, if one is named.
-    ///
-    /// # Errors
-    /// As for [`training_patterns`].
-    pub(crate) fn patterns(&self, station: &Station, seed: u64) -> Result<Option<PatternSet>> {
-        let set = self.train_patterns.as_deref();
-        let read = |text| training_patterns(text, self.train_items, (station, seed));
-        set.map(read).transpose()
-    }
 }
 
 impl AttributeArgs {
@@ -383,6 +373,15 @@ pub(crate) fn parse_strategy(text: &str, quiet: bool) -> Result<StrategySpec> {
     Ok(strategy)
 }
 
+/// The text on stdin.
+pub(crate) fn read_stdin() -> Result<String> {
+    let mut bytes = Vec::new();
+    std::io::stdin()
+        .read_to_end(&mut bytes)
+        .map_err(|error| Error::read(Path::new("stdin"), error))?;
+    files::utf8(bytes, "stdin")
+}
+
 /// The pattern in `file` (`-` for stdin), or the built-in grid; and its description.
 ///
 /// # Errors
@@ -398,11 +397,7 @@ pub(crate) fn load_pattern(file: Option<&str>, width: f64) -> Result<(Pattern, S
             ))
         }
         Some("-") => {
-            let mut bytes = Vec::new();
-            std::io::stdin()
-                .read_to_end(&mut bytes)
-                .map_err(|error| Error::read(Path::new("stdin"), error))?;
-            let text = files::utf8(bytes, "stdin")?;
+            let text = read_stdin()?;
             let loaded = pattern::read(&text, "stdin")?;
             let description = format!("read from stdin ({})", loaded.describe());
             Ok((loaded.pattern, description))

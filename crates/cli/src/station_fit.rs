@@ -147,7 +147,8 @@ impl FitArgs {
                 )
             }
         };
-        let read = read_recorded_moves(&mut reader, &station)?;
+        let read = read_recorded_moves(&mut reader, &station);
+        let read = read.map_err(|error| error.inside(&name))?;
         Ok(MovesSource {
             station,
             station_name,

@@ -12,7 +12,7 @@ use pickline::experiment::{Axis, ROBOTS_DOWN};
 use pickline::optimize::Environment;
 use pickline::sim::Conditions;
 use pickline::station::Station;
-use pickline::study::{RobustTraining, ScoredPatterns, SweepOptions, SweepStudy};
+use pickline::study::{ScoredPatterns, SweepOptions, SweepStudy};
 use pickline_report::{ChartKind, Provenance, SweepReport};
 
 pub(crate) fn run(args: SweepArgs, session: &Session) -> Result<()> {
@@ -103,20 +103,16 @@ impl SweepArgs {
             .with_station_strategy(saved.transpose()?)
             .with_greedy(self.greedy)
             .with_bound(!self.no_bound);
-        // A training set next to rules that are given is for the threshold.
-        options = match (self.purity, &self.training.robust) {
-            (Some(_), Some(rules)) => {
-                let options = options.with_training(RobustTraining::given(rules)?);
-                match self.training.patterns(station, seed)? {
-                    Some(set) => options.with_threshold_patterns(set),
-                    None => options,
-                }
-            }
-            _ => options.with_training(self.training.resolve(station, seed, false)?),
-        };
         if let Some(purity) = self.purity {
             options = options.with_purity(purity);
         }
+        let training = &self.training;
+        options = options.with_named_training(
+            training.robust.as_deref(),
+            training.train_patterns.as_deref(),
+            training.train_items,
+            (station, seed),
+        )?;
         if let Some(from) = self.from {
             options = options.with_from(from);
         }

@@ -3,11 +3,13 @@
 use super::args::{CheckArgs, OutputFormat, StationChoice};
 use super::outputs::{WHOLE, rendered};
 use super::session::{Session, tell};
-use super::settings::load_pattern;
+use super::settings::{load_pattern, read_stdin};
+use super::warnings::warn;
 use pickline::checker::{PicksFile, Terms, read_picks, violations};
-use pickline::error::Result;
+use pickline::error::{Error, Result};
 use pickline::files;
 use pickline::pattern::Pattern;
+use pickline::plausible::Warning;
 use pickline::sim::Conditions;
 use pickline::station::Station;
 use pickline_report::{Provenance, VerificationReport};
@@ -39,6 +41,14 @@ impl CheckArgs {
             .with_camera_x(self.camera_x)
             .with_update_hz(self.update_hz);
         conditions.check()?;
+        let is_piped = self.picks.as_os_str() == "-";
+        if is_piped && self.pattern.as_deref() == Some("-") {
+            return Err(Error::usage(
+                "--pattern",
+                "stdin is used for the picks",
+                "give one of the two as a file",
+            ));
+        }
         let station = self.station.load()?;
         let (pattern, pattern_name) = load_pattern(self.pattern.as_deref(), station.belt().width)?;
         self.station.check_conditions(&conditions, &station)?;
@@ -46,9 +56,19 @@ impl CheckArgs {
         self.station
             .check_pattern(place, &pattern, Some(&station))?;
         pattern.check_on(&station).map_err(|e| e.inside(place))?;
-        let name = self.picks.display().to_string();
-        let text = files::read_text(&self.picks)?;
+        let (name, text) = match is_piped {
+            true => ("stdin".to_owned(), read_stdin()?),
+            false => (
+                self.picks.display().to_string(),
+                files::read_text(&self.picks)?,
+            ),
+        };
         let picks = read_picks(&text, &name, &station, &pattern)?;
+        if picks.attempts.is_empty() {
+            let problem = "has a header, but no picks";
+            let cure = "give the file that the line wrote";
+            warn(self.station.strict, [Warning::new(&name, problem, cure)])?;
+        }
         if self.pattern.is_none() && !self.quiet {
             tell(&format!("checking {name} against {pattern_name}"));
         }

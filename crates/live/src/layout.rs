@@ -31,8 +31,8 @@ pub fn check_status(station: &Station, status: &Status) -> Result<()> {
     if own != theirs {
         return Err(another(&format!(
             "the node's robots are {}, this station's are {}",
-            listed(&theirs),
-            listed(&own)
+            quoted_names(&theirs),
+            quoted_names(&own)
         )));
     }
     match &status.layout {
@@ -87,11 +87,11 @@ pub(crate) fn check_heard(station: &Station, status: &Status) -> Result<()> {
     let own: Vec<&str> = station.robots().iter().map(|r| r.name.as_str()).collect();
     Err(another(&format!(
         "none of the robots that were heard is one of {}",
-        listed(&own)
+        quoted_names(&own)
     )))
 }
 
-fn listed(names: &[&str]) -> String {
+fn quoted_names(names: &[&str]) -> String {
     const MOST: usize = 6;
     let some = names
         .iter()

@@ -88,6 +88,10 @@ impl DescriptionReport {
         ] {
             line(name, count.to_string(), "items");
         }
+        if d.with_true_class > 0 {
+            line("with a true class", d.with_true_class.to_string(), "items");
+            line("of these misdetected", d.misdetected.to_string(), "items");
+        }
         for (class, count) in &d.classes {
             line(&format!("class {class}"), count.to_string(), "items");
         }

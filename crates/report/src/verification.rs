@@ -53,7 +53,7 @@ pub struct ViolationReport {
     pub decide_s: Option<f64>,
     /// Start of the grasp [s]; `None` likewise.
     pub grasp_s: Option<f64>,
-    /// Where the item was to be met: x and y [m]; `None` likewise.
+    /// Where the item was to be met: x and y [m]; `None` if the row does not say it.
     pub place: Option<[f64; 2]>,
     /// What it is about, in snake case.
     pub kind: &'static str,
@@ -95,7 +95,7 @@ impl VerificationReport {
                     .unwrap_or_default(),
                 decide_s: Some(pick.decide),
                 grasp_s: Some(pick.grasp),
-                place: Some([pick.meet.x, pick.meet.y]),
+                place: Some([pick.meet.x, pick.meet.y]).filter(|at| at[0].is_finite()),
                 kind: violation.kind.name(),
                 problem: violation.problem.clone(),
                 accepted_from_s: violation.accepted_from,
@@ -187,6 +187,9 @@ impl VerificationReport {
     }
 
     fn verdict_text(&self) -> String {
+        if self.confirmed && self.picks + self.failures == 0 {
+            return "confirmed: there are no picks that could contradict the model".to_owned();
+        }
         if self.confirmed {
             return "confirmed: nothing contradicts the model".to_owned();
         }

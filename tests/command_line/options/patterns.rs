@@ -109,7 +109,7 @@ pub const ROWS: &[Row] = &[
             true => assert_near(rate("--classes wood:1"), 0.0),
             false => rig.refused(
                 &format!("{call} -q {more} --classes wood:1"),
-                &["--patterns: no item is to be picked", "--classes"],
+                &["the patterns: no item is to be picked", "--classes"],
             ),
         }
     }),

@@ -84,9 +84,9 @@ pub const ROWS: &[Row] = &[
         assert_eq!(text(""), text("--format table"));
     }),
     row(&CHECK, "--quiet", |rig, verb| {
-        rig.write("none.csv", "robot,item,decide_s,grasp_s,release_s\n");
-        let told = |flags: &str| rig.done(&format!("{verb} none.csv {flags}")).stderr;
-        assert!(told("").contains("checking none.csv against the built-in grid"));
+        rig.write("run.csv", &rig.text("simulate -q --no-bound --format csv"));
+        let told = |flags: &str| rig.done(&format!("{verb} run.csv {flags}")).stderr;
+        assert!(told("").contains("checking run.csv against the built-in grid"));
         assert_eq!(
             (told("-q"), told("--quiet")),
             (String::new(), String::new())

@@ -168,7 +168,10 @@ fn a_decision_before_the_start_is_refuted() {
     };
     with(0.41).unwrap();
     let message = with(0.2).unwrap_err().to_string();
-    assert!(message.contains("are not possible in a run"), "{message}");
+    assert!(
+        message.contains("before the run begins at 0 s"),
+        "{message}"
+    );
 }
 
 /// Infinite times would be within any tolerance.

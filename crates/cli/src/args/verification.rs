@@ -27,9 +27,9 @@ such as grasp_ms, are understood.
 Examples:
   pickline check picks.csv --station my-line.toml --pattern items.csv
   pickline check picks.csv --pattern items.csv --tolerance 0.0005 --format json
-  pickline simulate -q --format csv > picks.csv && pickline check picks.csv")]
+  pickline simulate -q --format csv | pickline check -")]
 pub(crate) struct CheckArgs {
-    /// File of picks (CSV)
+    /// File of picks (CSV), or `-` for stdin
     pub picks: PathBuf,
     #[command(flatten)]
     pub station: StationChoice,

@@ -64,19 +64,31 @@ impl Emulator {
     /// while the protocol and the node's plan are those of its own.
     ///
     /// # Errors
-    /// A station with other robots, bases or bins.
+    /// A station with another belt, or with other robots, bases, bins or another reach.
     pub fn with_true_station(mut self, true_station: &Station) -> Result<Self> {
         let (planned, real) = (self.line.station.robots(), true_station.robots());
         let place = |robot: &Robot| {
-            let bins: Vec<_> = robot.bins.iter().map(|bin| bin.at).collect();
-            (robot.name.clone(), robot.base, robot.rest, bins)
+            let bins = robot.bins.iter();
+            let bins: Vec<_> = bins.map(|bin| (bin.at, bin.classes.clone())).collect();
+            (
+                robot.name.clone(),
+                robot.base,
+                robot.rest,
+                robot.reach,
+                bins,
+            )
         };
+        let cure = "change only how the arms move: speed, acceleration, travel, lift, grasp_time and \
+                    release_time";
+        if self.line.station.belt() != true_station.belt() {
+            let problem = "its belt is not that of the station";
+            return Err(Error::usage("'true_station'", problem, cure));
+        }
         if !planned.iter().map(place).eq(real.iter().map(place)) {
             return Err(Error::usage(
                 "'true_station'",
-                "its robots have other names, bases or bins than those of the station",
-                "change only how they move: speed, acceleration, travel, lift, grasp_time and \
-                 release_time",
+                "its robots have other names, bases, bins or another reach than those of the station",
+                cure,
             ));
         }
         self.line.arms = Some(real.to_vec());

@@ -9,10 +9,10 @@ use crate::protocol::{
     Incoming, Outgoing, ResultMessage, RobotState, Task, Verdict, decode_outgoing,
 };
 use nalgebra::Point2;
-use pickline::error::Result;
+use pickline::error::{Error, Result, listed, shown};
 use pickline::fit::{Chased, TimedMove};
 use pickline::station::Station;
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 /// Relative change of the belt's speed during a move from which on it is not used.
 const BELT_CHANGE: f64 = 0.01;
@@ -24,7 +24,7 @@ pub struct RecordedMoves {
     /// The moves in the order of their results. Their lines are the ids of the tasks.
     pub moves: Vec<TimedMove>,
     /// Number of tasks that were picked or whose grasp failed but that are not used: it is not known
-    /// from where the robot left, or the belt changed its speed.
+    /// from where the robot left, the belt changed its speed, or the station has no such robot.
     pub unused: usize,
 }
 
@@ -44,13 +44,15 @@ struct MovesInMaking<'s> {
     /// Where each arm is when it is free, if that is known [m].
     places: Vec<Option<Point2<f64>>>,
     open: HashMap<u64, OpenTask>,
+    /// The robots of tasks that the station does not have.
+    strangers: BTreeSet<String>,
     read: RecordedMoves,
 }
 
 /// Reads the moves of the robots of `station` from a recording.
 ///
 /// # Errors
-/// As for [`RecordingReader::next_entry`].
+/// As for [`RecordingReader::next_entry`]; no move that can be used.
 pub fn read_recorded_moves(
     reader: &mut RecordingReader,
     station: &Station,
@@ -66,6 +68,7 @@ pub fn read_recorded_moves(
         belt_speed: station.belt().speed,
         places: rests.collect(),
         open: HashMap::new(),
+        strangers: BTreeSet::new(),
         read: RecordedMoves::default(),
     };
     while let Some(entry) = reader.next_entry()? {
@@ -75,10 +78,47 @@ pub fn read_recorded_moves(
             RecordingEntry::Event(_) => {}
         }
     }
+    making.check()?;
     Ok(making.read)
 }
 
 impl MovesInMaking<'_> {
+    /// Checks that there is a move.
+    fn check(&self) -> Result<()> {
+        if !self.read.moves.is_empty() {
+            return Ok(());
+        }
+        let quoted = |name: &str| format!("`{}`", shown(name));
+        let (problem, cure) = match (self.strangers.is_empty(), self.read.unused) {
+            (false, _) => {
+                let theirs: Vec<String> = self.strangers.iter().map(|name| quoted(name)).collect();
+                let own = self.station.robots().iter();
+                let own: Vec<String> = own.map(|robot| quoted(&robot.name)).collect();
+                (
+                    format!(
+                        "they are of {}, but the station has {}",
+                        listed(&theirs),
+                        listed(&own)
+                    ),
+                    "leave 'station' out, so that the recording's own is used, or give one with these \
+                     robots",
+                )
+            }
+            (true, 0) => (
+                "no task has a result".to_owned(),
+                "record a line that picks",
+            ),
+            (true, unused) => (
+                format!(
+                    "none of the {unused} that have a result can be used: it is not known from where \
+                     the robot left, or the belt changed its speed"
+                ),
+                "record longer, from the start of the run, with a steady belt",
+            ),
+        };
+        Err(Error::input("its tasks", problem, cure))
+    }
+
     fn say(&mut self, line: &str) {
         if let Ok(Outgoing::Task(task)) = decode_outgoing(line.as_bytes()) {
             let before = self.open.remove(&task.id);
@@ -125,6 +165,8 @@ impl MovesInMaking<'_> {
             return;
         };
         let Some(robot) = self.index_of(&open.task.robot) else {
+            self.read.unused += 1;
+            self.strangers.insert(open.task.robot);
             return;
         };
         let bin = Point2::new(open.task.bin.x, open.task.bin.y);
