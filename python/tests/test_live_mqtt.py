@@ -40,8 +40,10 @@ from pickline.live import (
     Monitor,
     Operator,
     Refused,
+    Robot,
     Unreachable,
 )
+from pickline.live.mqtt import MqttTransport
 
 MOSQUITTO = shutil.which("mosquitto") or shutil.which("/usr/sbin/mosquitto")
 MQTT_PROGRAM = os.environ.get("PICKLINE_MQTT") or PROGRAM
@@ -356,6 +358,30 @@ def test_tls_over_mqtt(tmp_path: Path) -> None:
             with pytest.raises(Refused, match="not trusted"):
                 async with Camera(f"mqtts://127.0.0.1:{port}"):
                     pass
+
+    run(play())
+
+
+@needs_broker
+def test_an_ack_does_not_wait_for_the_packets_before_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    import paho.mqtt.publish
+
+    clients = []
+    make = MqttTransport.make_client
+
+    def kept(self: MqttTransport, client_id: str) -> object:
+        clients.append(make(self, client_id))
+        return clients[-1]
+
+    monkeypatch.setattr(MqttTransport, "make_client", kept)
+
+    async def play() -> None:
+        async with broker() as place:
+            online = '{"state":"online","client":"x"}'
+            paho.mqtt.publish.single("pickline/node", online, 1, True, "127.0.0.1", place.port)
+            async with Robot(place.address, "r1"):
+                connected = clients[0].socket()
+                assert connected.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
 
     run(play())
 
