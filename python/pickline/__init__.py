@@ -30,6 +30,7 @@ from pickline.comparison import (
     compare,
 )
 from pickline.environment import SortingEnv
+from pickline.offline import to_minari
 from pickline.optimum import Optimum, Ranking, ScoredStrategies, optimize
 from pickline.recordings import Import, import_mot
 from pickline.result import Interrupted, Result
@@ -91,4 +92,5 @@ __all__ = [
     "patterns",
     "simulate",
     "sweep",
+    "to_minari",
 ]

@@ -54,6 +54,22 @@ class SlotsSpace(spaces.MultiDiscrete):
         return super().sample(mask, probability)
 
 
+def as_patterns(
+    patterns: Pattern | Iterable[Pattern] | str, station: Station, items: int, seed: int
+) -> list[Pattern]:
+    """The patterns themselves, or those of a source."""
+    if isinstance(patterns, str):
+        return patterns_of(patterns, station, items=items, seed=seed)
+    return [patterns] if isinstance(patterns, Pattern) else list(patterns)
+
+
+def as_slots(slots: int | None, observation: str) -> int:
+    """The number of slots, or the usual one of an observation."""
+    if slots is None:
+        return 10 if observation == "paper" else 16
+    return slots
+
+
 def make_batch(
     station: Station | str | os.PathLike[str],
     patterns: Pattern | Iterable[Pattern] | str,
@@ -64,19 +80,16 @@ def make_batch(
     observation: str,
     slots: int | None,
     wait: bool,
-    reward: tuple[float, float],
+    reward: tuple[float, float] | list[float],
     under: dict[str, Any],
 ) -> tuple[Station, Sequence[Pattern], _pickline.Batch]:
     """The environments in Rust."""
     station = as_station(station)
-    if isinstance(patterns, str):
-        patterns = patterns_of(patterns, station, items=items, seed=pattern_seed)
-    elif isinstance(patterns, Pattern):
-        patterns = [patterns]
-    else:
-        patterns = list(patterns)
-    if slots is None:
-        slots = 10 if observation == "paper" else 16
+    patterns = as_patterns(patterns, station, items, pattern_seed)
+    slots = as_slots(slots, observation)
+    if isinstance(reward, list):
+        # Datasets keep the arguments as JSON, which has no tuples.
+        reward = tuple(reward)
     batch = _pickline.Batch(
         station, patterns, conditions(**under), observation, slots, wait, reward, count
     )

@@ -1,7 +1,7 @@
 """The Rust side: stations, patterns and environments."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Self
 
 import numpy as np
@@ -222,6 +222,20 @@ class Report:
 
 def arrow_stream(columns: dict[str, NDArray[Any]]) -> Any:
     """A capsule with the table of these columns, for ``__arrow_c_stream__``. Its reader has the memory."""
+
+def demonstrate(
+    station: Station,
+    patterns: Sequence[Pattern],
+    strategy: Any,
+    conditions: dict[str, Any],
+    observation: str,
+    slots: int,
+    wait: bool,
+    reward: tuple[float, float],
+    seed: int,
+    progress: Callable[[int, int, str], object] | None,
+) -> tuple[str, list[dict[str, Any]]]:
+    """The full name of a strategy, and its episode on each pattern."""
 
 def compare(
     station: Station,

@@ -11,7 +11,40 @@ from typing import Any, Self
 from pickline import _pickline
 from pickline._html import in_notebook
 
-__all__ = ["Interrupted", "Result"]
+__all__ = ["Interrupted", "KeptReport", "Result"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class KeptReport:
+    """A report that was pickled: the forms that it had, in another process."""
+
+    _text: str
+    _csv: str
+    _json: str
+    _page: str | None
+    _tables: dict[str, dict[str, tuple[str, Any]]]
+    interrupted: bool
+    """Whether Ctrl-C ended the work early."""
+
+    def text(self) -> str:
+        """The text that the program prints."""
+        return self._text
+
+    def csv(self) -> str:
+        """The main table as CSV."""
+        return self._csv
+
+    def json(self) -> str:
+        """The whole report as JSON."""
+        return self._json
+
+    def page(self) -> str | None:
+        """The page with tables and charts, if the report has one."""
+        return self._page
+
+    def tables(self) -> dict[str, dict[str, tuple[str, Any]]]:
+        """The columns of every CSV file of the report."""
+        return self._tables
 
 
 class Interrupted(KeyboardInterrupt):
@@ -25,12 +58,15 @@ class Interrupted(KeyboardInterrupt):
         self.partial = partial
         """The result so far."""
 
+    def __reduce__(self) -> tuple[type[Interrupted], tuple[Result]]:
+        return type(self), (self.partial,)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
     """What a call found: ``print`` shows the table of the program."""
 
-    report: _pickline.Report = field(kw_only=True)
+    report: _pickline.Report | KeptReport = field(kw_only=True)
     """The report, from which every other form is made."""
 
     @classmethod

@@ -15,7 +15,7 @@ from pickline._progress import Progress, watcher
 from pickline._strategies import Strategy
 from pickline._html import in_notebook
 from pickline.columns import Columns
-from pickline.result import call_text
+from pickline.result import KeptReport, call_text
 
 __all__ = ["Picks", "Simulation", "simulate"]
 
@@ -91,7 +91,7 @@ class Simulation:
     """The picking rate that no strategy can exceed [1/min], if asked for and found."""
     notes: list[str]
     """Remarks on the settings."""
-    report: _pickline.Run
+    report: _pickline.Run | KeptReport
     """The run, from which every other form is made."""
 
     def to_csv(self) -> str:

@@ -16,7 +16,7 @@ use pickline::Result as Fallible;
 use pickline::decision::observation::{Layout, View};
 use pickline::rl::{self, DispatchEnvironment, Reward, Step};
 use pickline::sim::{Conditions, Scene};
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
@@ -389,6 +389,7 @@ impl Batch {
         let figures = step.ended.map(|figures| figures_by_name(py, &figures));
         Ok((step.reward, figures.transpose()?))
     }
+
     /// Begins an episode in the only environment.
     fn begin(
         &self,
@@ -429,9 +430,17 @@ impl Batch {
             Ok(due.map(|snapshot| (snapshot.robot, snapshot.time)))
         })
     }
+
     /// The items in the slots of environment `index`, as indices into its pattern.
     fn items(&self, py: Python<'_>, index: usize) -> PyResult<Vec<u32>> {
         self.hold()?
             .on_one(py, index, |environment| Ok(environment.items()))
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(PyTypeError::new_err(
+            "an environment cannot be pickled or copied\n  cure: make one where it is stepped, from the \
+             same arguments; stations, patterns and results can be pickled",
+        ))
     }
 }

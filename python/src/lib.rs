@@ -8,6 +8,7 @@ mod bound;
 mod check;
 mod compare;
 mod conditions;
+mod demonstrate;
 mod errors;
 mod frame;
 mod optimize;
@@ -47,6 +48,7 @@ fn _pickline(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(optimize::optimize, module)?)?;
     module.add_function(wrap_pyfunction!(bound::bound, module)?)?;
     module.add_function(wrap_pyfunction!(check::check, module)?)?;
+    module.add_function(wrap_pyfunction!(demonstrate::demonstrate, module)?)?;
     module.add_function(wrap_pyfunction!(tracks::import_mot, module)?)?;
     module.add_function(wrap_pyfunction!(program::program, module)?)
 }

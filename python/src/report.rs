@@ -8,6 +8,24 @@ use pickline_report::{AnyReport, ColumnValues, Presentation};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
+/// Another process gets the finished forms of a report: the call that unpickling makes.
+pub(crate) type Unpickled<'py> = (
+    Bound<'py, PyAny>,
+    (
+        String,
+        String,
+        String,
+        Option<String>,
+        Bound<'py, PyDict>,
+        bool,
+    ),
+);
+
+/// What makes a report of finished forms: ``pickline.result.KeptReport``.
+pub(crate) fn kept(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+    py.import("pickline.result")?.getattr("KeptReport")
+}
+
 /// The whole of a report, with settings as keyword arguments.
 const SHOWN: Presentation = Presentation::whole(spelling);
 
@@ -67,6 +85,26 @@ impl Report {
     /// The page with tables and charts, if the report has one.
     fn page(&self, py: Python<'_>) -> PyResult<Option<String>> {
         work::quick(py, || Ok(self.inner.page(&SHOWN)))
+    }
+
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
+        slf
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Unpickled<'py>> {
+        let forms = (
+            self.text(py)?,
+            self.csv(py)?,
+            self.json(py)?,
+            self.page(py)?,
+            self.tables(py)?,
+            self.interrupted,
+        );
+        Ok((kept(py)?, forms))
     }
 
     /// The columns of every CSV file of the report: by the file's name and the field, the name in the

@@ -1,6 +1,6 @@
 //! A simulated run, kept for the forms in which the program shows it.
 
-use crate::report::shown;
+use crate::report::{Unpickled, kept, shown};
 use crate::work;
 use pickline::clearance;
 use pickline::decision::Outcome;
@@ -12,6 +12,7 @@ use pickline_report::{
     replay_page,
 };
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use std::sync::Arc;
 
 /// A run, in every form in which the program prints and writes it.
@@ -76,5 +77,25 @@ impl Run {
                 Ok(Some(replay_page(scene, &self.name, report, found.as_ref())))
             })
         })
+    }
+
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    fn __deepcopy__(slf: Py<Self>, _memo: &pyo3::Bound<'_, PyAny>) -> Py<Self> {
+        slf
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Unpickled<'py>> {
+        let forms = (
+            self.text(py)?,
+            self.csv(py)?,
+            self.json(py)?,
+            self.page(py)?,
+            PyDict::new(py),
+            false,
+        );
+        Ok((kept(py)?, forms))
     }
 }

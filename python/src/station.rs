@@ -4,6 +4,7 @@ use crate::scalars;
 use crate::work;
 use pickline::station::{self, BUILT_INS, Overrides};
 use pyo3::prelude::*;
+use pyo3::types::IntoPyDict;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -174,8 +175,11 @@ impl Station {
         self.clone()
     }
 
+    /// By its text and name: where it is unpickled, a file may not be there, or not be the same.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
         let read = py.get_type::<Self>().getattr("from_toml")?;
-        Ok((read, (self.to_toml(py)?,)))
+        let name = [("name", &self.name)].into_py_dict(py)?;
+        let partial = py.import("functools")?.getattr("partial")?;
+        Ok((partial.call((read,), Some(&name))?, (self.to_toml(py)?,)))
     }
 }

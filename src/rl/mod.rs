@@ -1,6 +1,7 @@
 //! The station as a decision process: environment, networks, training.
 
 mod batch;
+mod demonstration;
 pub mod domain;
 mod environment;
 mod evaluation;
@@ -18,6 +19,7 @@ mod score;
 mod trainer;
 
 pub use batch::Batch;
+pub use demonstration::Demonstration;
 pub use domain::{Course, Domain};
 pub use environment::{DispatchEnvironment, Step};
 pub use evaluation::{Trial, TrialName};

@@ -12,6 +12,7 @@
 //! | [`optimize`] | [`OptimizeStudy`] | [`Optimized`] |
 //! | [`game`] | [`GameStudy`] | [`PlayedGame`] |
 //! | [`bound`] | [`BoundStudy`] | [`PatternBounds`] |
+//! | [`demonstrate`] | | [`Demonstrations`] |
 //! | [`simulate_and_check`] | [`SimulateStudy`] | [`SimulatedRun`] |
 #![cfg_attr(
     feature = "onnx",
@@ -24,6 +25,7 @@
 mod blueprint;
 mod bound;
 mod compare;
+mod demonstrate;
 mod game;
 mod notes;
 mod optimize;
@@ -42,6 +44,7 @@ mod values;
 pub use blueprint::{BlueprintOptions, PolicyDistance, blueprint, policy_distance};
 pub use bound::{BoundStudy, BoundStudyOptions, PatternBounds, bound};
 pub use compare::{CompareOptions, CompareSettings, CompareStudy, Compared, compare};
+pub use demonstrate::{DemonstrateOptions, Demonstrations, demonstrate};
 pub use game::{GameOptions, GameStudy, PlayedGame, game};
 pub use notes::{Note, RobustBasis, RobustNote, RobustScope, set_notes};
 pub use optimize::{

@@ -8,7 +8,7 @@ use crate::support::three;
 use pickline::strategies::read_alone;
 use pickline_live::protocol::{Outgoing, SourceReport, Status};
 use pickline_live::{Config, Controller, SteadyClock};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The robots of the line.
 const ROBOTS: [&str; 2] = ["delta-1", "arm-3"];
@@ -36,11 +36,14 @@ struct World {
     stop: f64,
     /// Until when the encoder speaks [s].
     encoder_until: f64,
-    items: BTreeMap<String, f64>,
+    /// Where each item would be at time 0 [m], along the belt and across.
+    items: BTreeMap<String, (f64, f64)>,
     /// Results to come: when, of which task, of whom.
     open: Vec<(f64, u64)>,
     /// When each task was given [s], by how much its meeting point is off [m], and to whom.
     given: Vec<(f64, f64, String)>,
+    /// The items of these tasks.
+    sent_to: Vec<String>,
     remarks: Vec<String>,
     refused: Vec<String>,
 }
@@ -76,6 +79,7 @@ impl World {
             items: BTreeMap::new(),
             open: Vec::new(),
             given: Vec::new(),
+            sent_to: Vec::new(),
             remarks: Vec::new(),
             refused: Vec::new(),
         };
@@ -98,7 +102,12 @@ impl World {
 
     /// The controller takes a message that was sent just now, 2 ms ago.
     fn say(&mut self, whose: Whose, fields: &str) {
-        let stamp = self.stamp(whose, self.now - 0.002);
+        self.say_of(whose, self.now - 0.002, fields);
+    }
+
+    /// The controller takes a message about the time `then` [s].
+    fn say_of(&mut self, whose: Whose, then: f64, fields: &str) {
+        let stamp = self.stamp(whose, then);
         let message = Line::message(&format!(r#""stamp":{stamp},{fields}"#));
         let reading = self.steady.read(self.now, START + self.now + self.wall);
         self.controller.set_clock_ahead(reading.ahead);
@@ -122,7 +131,7 @@ impl World {
                 continue;
             }
             let lead = task.meet_at - now;
-            let x = self.items[&task.item] + self.travel(self.now + lead);
+            let x = self.items[&task.item].0 + self.travel(self.now + lead);
             // Nobody knows of a stop before it comes.
             let is_crossed = self.now < self.stop && self.now + lead > self.stop;
             let off = if is_crossed {
@@ -131,6 +140,7 @@ impl World {
                 (x - task.meet.x).abs()
             };
             self.given.push((self.now, off, task.robot));
+            self.sent_to.push(task.item);
             self.open
                 .push((self.now + lead.clamp(0.2, 3.0) + 0.2, task.id));
         }
@@ -165,8 +175,8 @@ impl World {
             if at(25) && self.now < self.stop {
                 let id = format!("i{}", self.items.len());
                 let y = 0.1 * (self.items.len() % 5) as f64 - 0.2;
-                self.items
-                    .insert(id.clone(), 0.2 - self.travel(self.now - 0.002));
+                let x = 0.2 - self.travel(self.now - 0.002);
+                self.items.insert(id.clone(), (x, y));
                 let text = format!(r#""kind":"detection","x":0.2,"y":{y},"id":"{id}""#);
                 self.say(self.camera, &text);
             }
@@ -195,6 +205,14 @@ impl World {
     /// Tasks that met their items more than 5 mm off.
     fn wrong(&self) -> Vec<&(f64, f64, String)> {
         self.given.iter().filter(|given| given.1 > 0.005).collect()
+    }
+
+    /// Items to which a robot was sent although another robot had been sent there: each task here is
+    /// picked.
+    fn sent_twice(&self) -> Vec<String> {
+        let mut seen = BTreeSet::new();
+        let twice = self.sent_to.iter().filter(|item| !seen.insert(*item));
+        twice.cloned().collect()
     }
 
     /// The longest time between two tasks [s].

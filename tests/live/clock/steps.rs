@@ -83,6 +83,40 @@ fn peers_with_clocks_of_their_own_are_mapped_and_keep_their_time() {
     }
 }
 
+/// A camera that was cut off does not know which of its pictures have arrived, so it sends those of
+/// the last seconds again. Its clock was not set: items that were picked since stay picked, and no
+/// robot is sent to where they would be now.
+#[test]
+fn pictures_that_are_sent_again_are_not_those_of_another_clock() {
+    for (seconds, apart, arrive) in [(2.0, 0.1, 0.02), (8.0, 0.1, 0.01), (1.0, 0.05, 0.03)] {
+        let case = format!("{seconds} s of pictures, {apart} s apart, that come {arrive} s apart");
+        let mut world = World::new(Config::default());
+        world.play(12.0, &[]);
+        let (items, picked) = (world.items.clone(), world.status().picked);
+        assert!(picked > 10, "{case}");
+        let mut taken = world.now - seconds;
+        while taken < world.now {
+            for (id, (x, y)) in &items {
+                let x = x + world.travel(taken);
+                if !(0.2..0.5).contains(&x) {
+                    continue;
+                }
+                let text = format!(r#""kind":"detection","x":{x},"y":{y},"id":"{id}""#);
+                world.say_of(Whose::Machine, taken, &text);
+            }
+            taken += apart;
+            world.play(world.now + arrive, &[]);
+        }
+        world.play(30.0, &[]);
+        world.check(&case);
+        let status = world.status();
+        assert_eq!(status.noted.get("source_step"), None, "{case}");
+        assert_eq!(world.source("camera").mapped, None, "{case}");
+        assert_eq!(status.seen, world.items.len() as u64, "{case}");
+        assert_eq!(world.sent_twice(), Vec::<String>::new(), "{case}");
+    }
+}
+
 /// Behind by 3 s or slow by 3 s: nobody can tell, so it is not passed over in silence.
 #[test]
 fn a_source_that_is_always_late_is_reported() {

@@ -13,8 +13,11 @@ const BACK: f64 = 0.25;
 /// This many messages in a row that agree within [`AGREE`] [s], and are [`APART`] [s] apart,
 /// confirm that it was.
 const CONFIRMED: u32 = 3;
-/// More messages are needed if timestamps go back, because some may only be late.
+/// More messages are needed if timestamps go back, and over a longer time [s], because some may only
+/// be late: a camera sends pictures again after it was cut off, one after the other without a pause.
+/// Such a backlog catches up. A clock that was set back stays behind.
 const CONFIRMED_BACK: u32 = 5;
+const LASTS: f64 = 0.5;
 const AGREE: f64 = 0.1;
 const APART: f64 = 0.01;
 /// After a step of the node's own clock, a source is mapped with the shift that fits its messages
@@ -53,7 +56,11 @@ impl Floor {
 /// Consecutive messages that agree on another offset.
 #[derive(Debug, Clone, Copy)]
 struct Pending {
-    shift: f64,
+    /// The smallest and the largest shift that they show [s].
+    least: f64,
+    most: f64,
+    /// When the first of them was received [s].
+    since: f64,
     stamp: f64,
     received: f64,
     count: u32,
@@ -148,17 +155,18 @@ impl Offset {
             return self.step(shift, stamp, received);
         }
         if delay < -DRIFT {
-            return match self.confirm(received - stamp - floor, stamp, received, CONFIRMED) {
-                Some(shift) => self.step(shift, stamp, received),
-                None => StampJudgement::Wild,
-            };
+            let found = self.confirm(received - stamp - floor, stamp, received);
+            if found.count >= CONFIRMED {
+                return self.step(found.least, stamp, received);
+            }
+            return StampJudgement::Wild;
         }
         let goes_back = self.newest.is_some_and(|newest| stamp < newest - BACK);
         if goes_back && delay > floor + BACK {
             // Either a late message, or the first one after the clock was set back.
-            let shift = received - stamp - floor;
-            if let Some(shift) = self.confirm(shift, stamp, received, CONFIRMED_BACK) {
-                return self.step(shift, stamp, received);
+            let found = self.confirm(received - stamp - floor, stamp, received);
+            if found.count >= CONFIRMED_BACK && received - found.since >= LASTS {
+                return self.step(found.least, stamp, received);
             }
             return StampJudgement::Fits;
         }
@@ -168,10 +176,11 @@ impl Offset {
 
     fn judge_first(&mut self, stamp: f64, received: f64, delay: f64) -> StampJudgement {
         if !(-FIRST_AHEAD..=FIRST_BEHIND).contains(&delay) {
-            return match self.confirm(received - stamp, stamp, received, CONFIRMED) {
-                Some(shift) => self.step(shift, stamp, received),
-                None => StampJudgement::Wild,
-            };
+            let found = self.confirm(received - stamp, stamp, received);
+            if found.count >= CONFIRMED {
+                return self.step(found.least, stamp, received);
+            }
+            return StampJudgement::Wild;
         }
         self.fit(stamp, received, delay);
         StampJudgement::Fits
@@ -205,28 +214,27 @@ impl Offset {
         }
     }
 
-    /// Whether `enough` messages in a row agree on `shift`.
-    fn confirm(&mut self, shift: f64, stamp: f64, received: f64, enough: u32) -> Option<f64> {
-        let mut pending = match self.pending {
-            Some(pending) if (pending.shift - shift).abs() < AGREE => pending,
-            _ => {
-                self.pending = Some(Pending {
-                    shift,
-                    stamp,
-                    received,
-                    count: 1,
-                });
-                return None;
-            }
-        };
+    /// The messages in a row that agree on `shift`, this one included.
+    fn confirm(&mut self, shift: f64, stamp: f64, received: f64) -> Pending {
+        // All of them have to agree with each other. If each had to agree with the one before only,
+        // those of a backlog, which are less and less late, would agree on anything.
+        let agrees = |pending: &Pending| shift.max(pending.most) - shift.min(pending.least) < AGREE;
+        let mut pending = self.pending.filter(agrees).unwrap_or(Pending {
+            least: shift,
+            most: shift,
+            since: received,
+            stamp: f64::NEG_INFINITY,
+            received: f64::NEG_INFINITY,
+            count: 0,
+        });
         if stamp > pending.stamp && received >= pending.received + APART {
             (pending.stamp, pending.received) = (stamp, received);
             pending.count += 1;
         }
         // The smallest delay is nearest to the offset.
-        pending.shift = pending.shift.min(shift);
+        (pending.least, pending.most) = (pending.least.min(shift), pending.most.max(shift));
         self.pending = Some(pending);
-        (pending.count >= enough).then_some(pending.shift)
+        pending
     }
 }
 
@@ -322,8 +330,11 @@ mod tests {
             let stepped = judged
                 .iter()
                 .position(|j| matches!(j, StampJudgement::Stepped(_)));
-            let expected = if step > 0.0 { 2 } else { 4 };
-            assert_eq!(stepped, Some(expected), "{step}: {judged:?}");
+            let expected = if step > 0.0 { 2..=2 } else { 10..=11 };
+            assert!(
+                stepped.is_some_and(|stepped| expected.contains(&stepped)),
+                "{step}: {judged:?}"
+            );
             let (_, off) = world.say();
             assert!(off.abs() < 0.01, "{off}");
         }
@@ -344,6 +355,31 @@ mod tests {
             assert_eq!(judged, StampJudgement::Fits);
         }
         assert_eq!(world.offset.shift(), 0.0);
+    }
+
+    /// A camera that was cut off sends its pictures of the last seconds again, as fast as the node,
+    /// or the way to it, takes them. Newer ones had arrived before.
+    #[test]
+    fn pictures_that_are_sent_again_are_late() {
+        for apart in [0.02, 0.05, 0.1, 0.2] {
+            for faster in [1.5, 3.0, 8.0, 100.0] {
+                for cut_off in [0.3, 1.0, 10.0] {
+                    let mut world = SimulatedClocks::new();
+                    let mut received = world.time + 0.05;
+                    let mut stamp = world.time - cut_off;
+                    while stamp < received {
+                        let judged = world.offset.judge(stamp, received);
+                        let case = format!("{apart} {faster} {cut_off}: {}", received - stamp);
+                        assert_eq!(judged, StampJudgement::Fits, "{case}");
+                        stamp += apart;
+                        received += apart / faster;
+                    }
+                    assert_eq!(world.offset.shift(), 0.0);
+                    world.time = received;
+                    assert_eq!(world.run(40), vec![StampJudgement::Fits; 40]);
+                }
+            }
+        }
     }
 
     #[test]
@@ -369,7 +405,10 @@ mod tests {
         let stepped = judged
             .iter()
             .position(|j| matches!(j, StampJudgement::Stepped(_)));
-        assert_eq!(stepped, Some(4), "{judged:?}");
+        assert!(
+            stepped.is_some_and(|stepped| (10..=11).contains(&stepped)),
+            "{judged:?}"
+        );
         let mut world = SimulatedClocks::new();
         world.offset.follow(-100.0);
         for _ in 0..20 {
