@@ -34,6 +34,9 @@ impl Candidate {
     }
 }
 
+/// Share by which bounds of times are wider than they would have to be without rounding.
+const ROUNDING: f64 = 1e-9;
+
 /// A robot that is about to decide, where it is, and the time: what is needed to compute the figures
 /// of a [`Candidate`].
 ///
@@ -147,24 +150,51 @@ impl<'a> Moment<'a> {
     /// accelerates. Otherwise negative infinity.
     #[inline(always)]
     pub fn least_processing_time(&self, candidate: &Candidate) -> f64 {
+        let bound = |dx: f64, dy: f64, off_bin: (f64, f64)| {
+            let arm = &self.robot.arm;
+            let (travel, way) = arm.least_travel_time(dx, dy, self.belt_speed)?;
+            // Elsewhere, the bin is at least as far as it is across the belt.
+            let back = if off_bin == (0.0, 0.0) {
+                way
+            } else {
+                (dy - off_bin.1).abs()
+            };
+            Some((1.0 - ROUNDING) * (travel + arm.time(back)))
+        };
+        self.bounded(candidate, bound).unwrap_or(f64::NEG_INFINITY)
+    }
+
+    /// A time [s] that [`Moment::processing_time`] does not exceed, likewise. Otherwise infinity.
+    #[inline(always)]
+    pub fn most_processing_time(&self, candidate: &Candidate) -> f64 {
+        let bound = |dx: f64, dy: f64, off_bin: (f64, f64)| {
+            let arm = &self.robot.arm;
+            let (travel, way) = arm.most_travel_time(dx, dy, self.belt_speed)?;
+            let farther = match off_bin == (0.0, 0.0) {
+                true => 0.0,
+                false => kinematics::distance(off_bin.0, off_bin.1),
+            };
+            Some((1.0 + ROUNDING) * (travel + arm.time(way + farther)))
+        };
+        self.bounded(candidate, bound).unwrap_or(f64::INFINITY)
+    }
+
+    /// A bound of the processing time [s] from one of the ways, which is given the item relative to the
+    /// arm and the bin relative to the arm [m]; `None` where the time itself costs little.
+    #[inline(always)]
+    fn bounded(
+        &self,
+        candidate: &Candidate,
+        ways: impl Fn(f64, f64, (f64, f64)) -> Option<f64>,
+    ) -> Option<f64> {
         if self.shuttle.is_some() {
-            return f64::NEG_INFINITY;
+            return None;
         }
-        let robot = self.robot;
-        let bin = &robot.bins[usize::from(candidate.bin)];
+        let bin = &self.robot.bins[usize::from(candidate.bin)];
         let (dx, dy) = (self.x(candidate) - self.from.x, candidate.y - self.from.y);
-        let bounds = robot.arm.least_travel_time(dx, dy, self.belt_speed);
-        let Some((travel, way)) = bounds else {
-            return f64::NEG_INFINITY;
-        };
-        // The way back is as long as the way out, or at least as long as the belt is far from the bin.
-        let back = match bin.at == self.from {
-            true => way,
-            false => (candidate.y - bin.at.y).abs(),
-        };
-        let back = robot.arm.least_time(back);
-        // The margin is for rounding.
-        (1.0 - 1e-9) * (travel + robot.grasp_time + back + bin.release_time)
+        let off_bin = (bin.at.x - self.from.x, bin.at.y - self.from.y);
+        let ways = ways(dx, dy, off_bin)?;
+        Some(ways + self.robot.grasp_time + bin.release_time)
     }
 
     /// Like [`Moment::processing_time`], with the time `travel` [s] to the meeting point known.

@@ -23,4 +23,9 @@ impl DispatchingRule for Lpt {
     fn key(&self, at: &Moment, candidate: &Candidate) -> f64 {
         -at.processing_time(candidate)
     }
+
+    #[inline(always)]
+    fn least_key(&self, at: &Moment, candidate: &Candidate) -> f64 {
+        -at.most_processing_time(candidate)
+    }
 }

@@ -105,7 +105,7 @@ impl Arm {
     /// not below, and a length [m] that its way is not below; `None` for other arms.
     ///
     /// The distance of a moving item is convex over time, so it is at least what its present rate of
-    /// change makes of it, and no less than across the belt. T is at least `sqrt(2 l c)` at any length.
+    /// change makes of it, for which there is a closed form, and no less than across the belt.
     #[inline]
     pub(crate) fn least_travel_time(
         &self,
@@ -113,7 +113,7 @@ impl Arm {
         dy: f64,
         belt_speed: f64,
     ) -> Option<(f64, f64)> {
-        let TravelLaw::Trapezoid { .. } = self.law else {
+        let TravelLaw::Trapezoid { speed, .. } = self.law else {
             return None;
         };
         let c = self.law.ramp();
@@ -123,21 +123,42 @@ impl Arm {
         } else {
             0.0
         };
-        // The root of `sqrt(2 c (now + rate tau + 2 h)) = tau`.
-        let recedes = c * rate;
-        let tau = recedes + (recedes * recedes + 2.0 * c * (now + 2.0 * self.lift)).sqrt();
-        let way = if rate > 0.0 {
-            now + rate * tau
-        } else {
-            dy.abs()
+        let length = now + 2.0 * self.lift;
+        let threshold = speed * speed * c / 2.0;
+        // The root of `T(length + rate tau) = tau`, at top speed or in the ramps.
+        let cruising = (length + threshold) / (speed - rate);
+        let tau = match length + rate * cruising >= threshold {
+            true => cruising,
+            false => {
+                let recedes = c * rate;
+                recedes + (recedes * recedes + 2.0 * c * length).sqrt()
+            }
         };
-        Some((tau, way))
+        // An item that comes nearer is met before the time for its present distance has passed.
+        let until = if rate > 0.0 {
+            tau
+        } else {
+            self.law.time(length)
+        };
+        Some((tau, (now + rate * until).max(dy.abs())))
     }
 
-    /// A time [s] that [`Arm::time`] over this distance [m] is not below, for an arm that accelerates.
+    /// The same from above: a time that [`Arm::travel_time`] does not exceed, and a length that its way
+    /// does not exceed. T is at most what it is at top speed, `l / u + u c / 2`.
     #[inline]
-    pub(crate) fn least_time(&self, distance: f64) -> f64 {
-        (2.0 * self.law.ramp() * (distance + 2.0 * self.lift)).sqrt()
+    pub(crate) fn most_travel_time(&self, dx: f64, dy: f64, belt_speed: f64) -> Option<(f64, f64)> {
+        let TravelLaw::Trapezoid { speed, .. } = self.law else {
+            return None;
+        };
+        let now = distance(dx, dy);
+        let length = now + 2.0 * self.lift + speed * speed * self.law.ramp() / 2.0;
+        // An item that is met before it is as far downstream as it is upstream is never farther than now.
+        let steady = length / speed;
+        if belt_speed * steady <= -2.0 * dx {
+            return Some((steady, now));
+        }
+        let receding = length / (speed - belt_speed);
+        Some((receding, now + belt_speed * receding))
     }
 
     fn general_travel_time(&self, item: &Encounter) -> f64 {
@@ -351,14 +372,18 @@ mod tests {
                     shortest <= way + 1e-12,
                     "{arm:?} {dx} {dy}: {shortest} {way}"
                 );
-                assert!(arm.least_time(way) <= arm.time(way) * (1.0 + 1e-12));
-                // While it accelerates, nothing but the curvature of the distance is lost.
-                if dx >= 0.0 && arm.law.top_speed() == Some(10.0) {
-                    assert!(least > 0.9 * tau, "{arm:?} {dx} {dy}: {least} {tau}");
-                }
+                let (most, longest) = arm.most_travel_time(dx, dy, BELT).unwrap();
+                assert!(
+                    most >= tau * (1.0 - 1e-12),
+                    "{arm:?} {dx} {dy}: {most} {tau}"
+                );
+                assert!(longest >= way - 1e-12, "{arm:?} {dx} {dy}: {longest} {way}");
+                // Nothing but the curvature of the distance is lost.
+                assert!(least > 0.9 * tau, "{arm:?} {dx} {dy}: {least} {tau}");
             }
         }
         assert!(arms()[0].least_travel_time(0.1, 0.1, BELT).is_none());
+        assert!(arms()[3].most_travel_time(0.1, 0.1, BELT).is_none());
     }
 
     #[test]
