@@ -1,6 +1,7 @@
 //! The station as a decision process: environment, networks, training.
 
 mod batch;
+mod courses;
 pub mod domain;
 mod environment;
 mod evaluation;
@@ -18,13 +19,14 @@ mod score;
 mod trainer;
 
 pub use batch::Batch;
+pub use courses::Courses;
 pub use domain::{Course, Domain};
 pub use environment::{DispatchEnvironment, Step};
 pub use evaluation::{Trial, TrialName};
 #[cfg(feature = "onnx")]
 pub use export::export;
 pub use imitation::Imitation;
-pub use plan::{PRESETS, Plan, shape};
+pub use plan::{Keep, PRESETS, Plan, shape};
 pub use player::NetworkPlayer;
 pub use reward::Reward;
 #[cfg(feature = "onnx")]
