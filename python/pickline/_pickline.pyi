@@ -1,7 +1,7 @@
 """The Rust side: stations, patterns and environments."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Self
 
 import numpy as np
@@ -168,6 +168,23 @@ def patterns(
         flow: Items per minute of a feed that does not say so [1/min].
         classes: Classes and their shares, such as ``"pet:0.6,wood:0.4"``.
         seed: Seed of everything random.
+    """
+
+def trials(station: Station, cases: str = "all") -> dict[str, list[Pattern]]:
+    """The patterns on which trainings score a policy while it learns, as ``pickline train`` does, by the
+    names of their cases.
+
+    Args:
+        station: The station for whose belt they are.
+        cases: ``paper``, ``dense``, ``all`` or a TOML file, as for :func:`compare`.
+    """
+
+def learning_curves(curves: Sequence[tuple[str, ArrayLike, ArrayLike]]) -> str:
+    """Draw learning curves of several trainings as an SVG file. Curves with the same name are drawn alike.
+
+    Args:
+        curves: The trainer's name, the numbers of decisions learned from, and the picking rates then as
+            shares of greedy GT's, for each training.
     """
 
 def simulate(
