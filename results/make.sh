@@ -2,7 +2,8 @@
 # Makes the committed results again: results/optimize/*.txt, what `pickline optimize`
 # prints for 2, 3 and 4 robots, results/compare/, the paper's comparison,
 # results/lookahead/, what planning ahead gains and the certified bound, and
-# results/sweep/, the belt speed sweep, all on the paper's two stations; then
+# results/sweep/, the belt speed sweep, all on the paper's two stations, and results/sb3/compare/, the
+# policies of both trainers on the paper's cases; then
 # results/real-lines/, the stations `delta` and `sorting` at three belt speeds, and
 # results/failures/, what it gains to foresee failed grasps, which take an hour. A first
 # argument names another folder to write to; PICKLINE names another program than the release
@@ -53,6 +54,11 @@ for station in paper paper-narrow; do
     "$PICKLINE" sweep --quiet --force "${train[@]}" --strategy SPT,SPT --out "$out/sweep/$station" \
         --svg "$out/sweep/$station/picked.svg" > "$out/sweep/$station/table.txt"
 done
+policies=()
+for policy in sb3-1 native-1 native-2 native-3; do
+    policies+=(--strategy "onnx:results/sb3/$policy.onnx")
+done
+compare_into "$out/sb3/compare" --paper --no-bound "${policies[@]}"
 fi
 
 # A line of the station `sorting` carries these.

@@ -16,7 +16,14 @@ found by then.
 """
 
 from pickline import _registration
-from pickline._pickline import Pattern, Station, __version__, patterns
+from pickline._pickline import (
+    Pattern,
+    Station,
+    __version__,
+    learning_curves,
+    patterns,
+    trials,
+)
 from pickline.bounds import Bound, Prices, bound
 from pickline.columns import Columns
 from pickline.comparison import (
@@ -88,9 +95,11 @@ __all__ = [
     "check",
     "compare",
     "import_mot",
+    "learning_curves",
     "optimize",
     "patterns",
     "simulate",
     "sweep",
     "to_minari",
+    "trials",
 ]

@@ -170,6 +170,23 @@ def patterns(
         seed: Seed of everything random.
     """
 
+def trials(station: Station, cases: str = "all") -> dict[str, list[Pattern]]:
+    """The patterns on which trainings score a policy while it learns, as ``pickline train`` does, by the
+    names of their cases.
+
+    Args:
+        station: The station for whose belt they are.
+        cases: ``paper``, ``dense``, ``all`` or a TOML file, as for :func:`compare`.
+    """
+
+def learning_curves(curves: Sequence[tuple[str, ArrayLike, ArrayLike]]) -> str:
+    """Draw learning curves of several trainings as an SVG file. Curves with the same name are drawn alike.
+
+    Args:
+        curves: The trainer's name, the numbers of decisions learned from, and the picking rates then as
+            shares of greedy GT's, for each training.
+    """
+
 def simulate(
     station: Station,
     pattern: Pattern,

@@ -1,11 +1,13 @@
 """Train a policy with MaskablePPO of sb3-contrib and write it as ONNX.
 
     python -m pickline.train_sb3 --out mine.onnx
-    pickline compare --cases dense --strategy onnx:mine.onnx
+    pickline compare --strategy onnx:mine.onnx
 
-The settings are those of Table 1 of Jermann et al.: three million steps, the observation, the reward and
-the network (64-64, tanh) of the paper, and otherwise the defaults of Stable-Baselines3. Besides the
-policy it writes its learning curve, one row an evaluation, as CSV.
+The settings are those of Jermann et al.: three million steps, 50 items in each of 240 grids and Poisson disk
+patterns, the observation, the reward and the network (64-64, tanh), and otherwise the defaults of
+Stable-Baselines3. Their curriculum, from sparse to dense patterns, is left out: every episode has any of the
+patterns. Besides the policy it writes its learning curve as CSV, a row for every case of an evaluation. The
+cases have the patterns of the curve of ``pickline train``, and no pattern of theirs is trained on.
 
 Needs ``pip install './python[sb3]'``. From PyPI, torch comes with CUDA (3 GB); a torch without it will do.
 """
@@ -15,8 +17,9 @@ from __future__ import annotations
 import argparse
 import csv
 import importlib.util
+import itertools
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -35,22 +38,29 @@ EXPORTERS = ("torchscript", "dynamo")
 OPSET = 18
 """Version of the ONNX operators of the dynamo exporter; the oldest that it has."""
 
+COLUMNS = ("picked_share", "picking_rate_per_min", "weighted_rate_per_min")
+"""What an evaluation says of a case: means over its patterns."""
+
 Figures = dict[str, float]
 
 
-def evaluate(model: MaskablePPO, lines: Sequence[SortingEnv], seed: int = 0) -> Figures:
-    """Let a policy take its best actions on every line once, together.
+def evaluate(
+    model: MaskablePPO, cases: Mapping[str, Sequence[SortingEnv]], seed: int = 0
+) -> dict[str, Figures]:
+    """Let a policy take its best actions on every line of every case once, together.
 
     Args:
         model: The policy.
-        lines: Environments with one pattern each.
+        cases: By its name, the environments of each case, with one pattern each.
         seed: Seed of what is random on the lines.
 
     Returns:
-        Means over the lines: ``picked_share``, ``picking_rate`` and ``weighted_rate`` [1/min].
+        For each case the means over its lines: ``picked_share``, ``picking_rate_per_min`` and
+        ``weighted_rate_per_min`` [1/min].
     """
+    lines = [line for own in cases.values() for line in own]
     at_work = dict(enumerate(line.reset(seed=seed)[0] for line in lines))
-    ends: list[Figures] = []
+    ends: dict[int, tuple[float, ...]] = {}
     while at_work:
         indices = list(at_work)
         masks = np.stack([lines[index].action_masks() for index in indices])
@@ -60,14 +70,14 @@ def evaluate(model: MaskablePPO, lines: Sequence[SortingEnv], seed: int = 0) -> 
             at_work[index], _, ended, _, info = lines[index].step(action)
             if ended:
                 del at_work[index]
-                ends.append(
-                    {
-                        "picked_share": info["picked"] / info["items"],
-                        "picking_rate": info["picking_rate"],
-                        "weighted_rate": info["weighted_rate"],
-                    }
-                )
-    return {name: float(np.mean([end[name] for end in ends])) for name in ends[0]}
+                share = info["picked"] / info["items"]
+                ends[index] = (share, info["picking_rate"], info["weighted_rate"])
+    figures, first = {}, 0
+    for name, own in cases.items():
+        means = np.mean([ends[first + place] for place in range(len(own))], axis=0)
+        figures[name] = dict(zip(COLUMNS, means.tolist(), strict=True))
+        first += len(own)
+    return figures
 
 
 def export(model: MaskablePPO, file: str | Path, exporter: str = "torchscript") -> None:
@@ -127,16 +137,34 @@ def export(model: MaskablePPO, file: str | Path, exporter: str = "torchscript") 
             )
 
 
+def _fresh(
+    patterns: Any, held_out: Iterable[pickline.Pattern], line: pickline.Station, items: int, seed: int
+) -> list[pickline.Pattern]:
+    """The patterns to train on, without those of the evaluations."""
+    if isinstance(patterns, str):
+        patterns = pickline.patterns(patterns, line, items=items, seed=seed)
+    elif isinstance(patterns, pickline.Pattern):
+        patterns = [patterns]
+    tests = list(held_out)
+    fresh = [pattern for pattern in patterns if pattern not in tests]
+    if not fresh:
+        raise ValueError(
+            "patterns: the policy is evaluated on all of them\n"
+            "  cure: give others, or another evaluate_on"
+        )
+    return fresh
+
+
 def train(
     *,
     station: Any = "paper",
-    patterns: Any = "poisson:0.12:100",
-    items: int = 150,
+    patterns: Any = "balanced",
+    items: int = 50,
     observation: str = "paper",
     steps: int = 3_000_000,
     envs: int = 8,
     seed: int = 1,
-    evaluate_on: str = "poisson:0.12:20",
+    evaluate_on: str = "all",
     evaluate_every: int | None = None,
     curve: str | Path | None = None,
     tensorboard: str | None = None,
@@ -149,9 +177,9 @@ def train(
             ``observation``.
         steps: Decisions to learn from; a whole update of 2048 is always completed.
         envs: Environments, which share the 2048 decisions of an update.
-        seed: Seed of weights, actions and episodes. The patterns have this seed, and those of the
-            evaluations the next one.
-        evaluate_on: Source of the patterns of the evaluations, for the same number of items.
+        seed: Seed of weights, actions, episodes and the patterns to train on.
+        evaluate_on: Cases of the evaluations: ``paper``, ``dense``, ``all`` or a file, as for
+            :func:`pickline.compare`. Patterns of theirs are not trained on.
         evaluate_every: Steps between evaluations; a hundredth of ``steps`` if not given.
         curve: File for the learning curve.
         tensorboard: Folder for TensorBoard's logs.
@@ -175,10 +203,12 @@ def train(
         raise ValueError(f"envs: {envs} does not divide the 2048 steps of an update\n  cure: give 8")
     torch.set_num_threads(1)
     line = pickline.Station(station) if not isinstance(station, pickline.Station) else station
-    held_out = pickline.patterns(evaluate_on, line, items=items, seed=seed + 1)
-    lines = [SortingEnv(line, [pattern], observation=observation) for pattern in held_out]
+    held_out = pickline.trials(line, evaluate_on)
+    cases = {
+        name: [SortingEnv(line, [pattern], observation=observation) for pattern in own]
+        for name, own in held_out.items()
+    }
     every = evaluate_every or max(1, steps // 100)
-    columns = ["steps", "picked_share", "picking_rate", "weighted_rate"]
 
     class Evaluations(BaseCallback):
         """Evaluates as often as asked for, between updates, and at the end."""
@@ -189,11 +219,11 @@ def train(
             self.due = 0
 
         def evaluate(self) -> None:
-            figures = evaluate(self.model, lines, seed)
-            for name, value in figures.items():
-                self.logger.record(f"eval/{name}", value)
-            if self.writer is not None:
-                self.writer.writerow([self.num_timesteps, *(figures[name] for name in columns[1:])])
+            for case, figures in evaluate(self.model, cases, seed).items():
+                for name, value in figures.items():
+                    self.logger.record(f"{case}/{name}", value, exclude="stdout")
+                if self.writer is not None:
+                    self.writer.writerow([self.num_timesteps, case, *figures.values()])
             self.due = self.num_timesteps + every
 
         def _on_rollout_start(self) -> None:
@@ -206,9 +236,9 @@ def train(
         def _on_step(self) -> bool:
             return True
 
-    env = SortingVecEnv(
-        envs, line, patterns, items=items, pattern_seed=seed, observation=observation
-    )
+    tests = itertools.chain.from_iterable(held_out.values())
+    fresh = _fresh(patterns, tests, line, items, seed)
+    env = SortingVecEnv(envs, line, fresh, observation=observation)
     model = MaskablePPO(
         "MlpPolicy",
         env,
@@ -219,11 +249,13 @@ def train(
         seed=seed,
         device="cpu",
     )
-    out = open(curve, "w", newline="", encoding="utf-8") if curve is not None else None
+    out = (
+        open(curve, "w", buffering=1, newline="", encoding="utf-8") if curve is not None else None
+    )
     try:
         writer = csv.writer(out) if out is not None else None
         if writer is not None:
-            writer.writerow(columns)
+            writer.writerow(["steps", "case", *COLUMNS])
         model.learn(steps, callback=Evaluations(writer), progress_bar=progress)
     except KeyboardInterrupt:
         print(f"interrupted after {model.num_timesteps} of {steps} steps", file=sys.stderr)
@@ -238,22 +270,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """The program: see ``python -m pickline.train_sb3 --help``."""
     parser = argparse.ArgumentParser(
         prog="python -m pickline.train_sb3",
-        description="Train a policy with MaskablePPO and the settings of the paper's Table 1, and write "
+        description="Train a policy with MaskablePPO and the settings of the paper, and write "
         "it as ONNX.",
         epilog="example: python -m pickline.train_sb3 --steps 300000 --out mine.onnx && "
-        "pickline compare --cases dense --strategy onnx:mine.onnx",
+        "pickline compare --strategy onnx:mine.onnx",
         formatter_class=argparse.ArgumentDefaultsHelpFormatter,
     )
     parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="the policy, FILE.onnx")
     parser.add_argument("--station", default="paper", help="a built-in station or a file")
-    parser.add_argument("--patterns", default="poisson:0.12:100", metavar="SET", help="to train on")
-    parser.add_argument("--items", type=int, default=150, metavar="N", help="items in each pattern")
+    parser.add_argument("--patterns", default="balanced", metavar="SET", help="to train on")
+    parser.add_argument("--items", type=int, default=50, metavar="N", help="items in each pattern")
     parser.add_argument("--observation", default="paper", choices=["paper", "full", "real"])
     parser.add_argument("--steps", type=int, default=3_000_000, metavar="N", help="decisions")
     parser.add_argument("--envs", type=int, default=8, metavar="N", help="environments")
     parser.add_argument("--seed", type=int, default=1, metavar="N")
     parser.add_argument(
-        "--evaluate-on", default="poisson:0.12:20", metavar="SET", help="patterns of the evaluations"
+        "--evaluate-on",
+        default="all",
+        metavar="CASES",
+        help="cases of the evaluations: paper, dense, all or a file, as for pickline compare",
     )
     parser.add_argument(
         "--evaluate-every", type=int, metavar="N", help="steps; a hundredth of all if not given"

@@ -8,6 +8,7 @@ mod bound;
 mod check;
 mod compare;
 mod conditions;
+mod curves;
 mod demonstrate;
 mod errors;
 mod frame;
@@ -39,6 +40,8 @@ fn _pickline(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<pattern::Pattern>()?;
     module.add_class::<batch::Batch>()?;
     module.add_function(wrap_pyfunction!(pattern::patterns, module)?)?;
+    module.add_function(wrap_pyfunction!(pattern::trials, module)?)?;
+    module.add_function(wrap_pyfunction!(curves::learning_curves, module)?)?;
     module.add_class::<report::Report>()?;
     module.add_class::<run::Run>()?;
     module.add_function(wrap_pyfunction!(simulate::simulate, module)?)?;

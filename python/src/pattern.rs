@@ -11,6 +11,7 @@ use pickline::error::{counted, rounded};
 use pickline::pattern::{self, Attributes, ClassShares, Feed, PatternSource, Recipe};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -287,4 +288,26 @@ pub(crate) fn patterns(
         source.with_flow(flow)?.build(&recipe)
     })?;
     Ok(set.patterns.into_iter().map(Pattern::from).collect())
+}
+
+/// The patterns on which trainings score a policy while it learns, as ``pickline train`` does, by the
+/// names of their cases.
+///
+/// Args:
+///     station: The station for whose belt they are.
+///     cases: ``paper``, ``dense``, ``all`` or a TOML file, as for :func:`compare`.
+#[pyfunction]
+#[pyo3(signature = (station, cases = "all"))]
+pub(crate) fn trials<'py>(
+    py: Python<'py>,
+    station: &Station,
+    cases: &str,
+) -> PyResult<Bound<'py, PyDict>> {
+    let list = work::parallel(py, || pickline::study::trials(cases, &station.inner))?;
+    let by_name = PyDict::new(py);
+    for (name, patterns) in list {
+        let patterns: Vec<Pattern> = patterns.into_iter().map(Pattern::from).collect();
+        by_name.set_item(name, patterns)?;
+    }
+    Ok(by_name)
 }

@@ -78,6 +78,12 @@ def test_patterns_are_read_and_generated(station, grid, tmp_path):
     assert set(sorted_ones[0].item_class) == {"pet", "wood"}
     two = pickline.patterns("poisson:0.2:2", station, items=30, seed=5)
     assert [len(pattern) for pattern in two] == [30, 30] and two[0] != two[1]
+    trials = pickline.trials(station)
+    assert [len(patterns) for patterns in trials.values()] == [1, 1, 10, 10, 1, 10, 10, 10]
+    # Under the seeds of the curves of `pickline train`.
+    third = pickline.Pattern.poisson(station, 0.2, 29, seed=990_002)
+    assert trials["poisson 0.2, 29 items"][2] == third
+    assert list(pickline.trials(station, "paper")) == list(trials)[:4]
 
 
 def test_a_run_is_that_of_the_program(station, grid):
@@ -146,6 +152,10 @@ def test_grasps_may_fail(station, grid):
         (lambda s, p: pickline.Pattern.from_csv("none.csv"), FileNotFoundError, "cure: "),
         (lambda s, p: pickline.Pattern.from_csv_text("x,z\n0,0\n"), ValueError, "cure: "),
         (lambda s, p: pickline.patterns("grdi:0.1", s), ValueError, "cure: "),
+        (lambda s, p: pickline.trials(s, "papre"), ValueError, "did you mean `paper`"),
+        (lambda s, p: pickline.learning_curves([]), ValueError, "there are none"),
+        (lambda s, p: pickline.learning_curves([("a", [0, 1], [0.5])]), ValueError, "as many"),
+        (lambda s, p: pickline.learning_curves([("a", [0], [np.nan])]), ValueError, "NaN"),
         (lambda s, p: pickline.simulate(s, p, "SPT"), ValueError, "1 rule for 2 robots"),
         (lambda s, p: pickline.simulate(s, p, "SPT,FOFI"), ValueError, "did you mean `FIFO`"),
         (lambda s, p: pickline.simulate(s, p, update_hz=-1.0), ValueError, "`update_hz`"),

@@ -4,8 +4,8 @@
 //! simulation to the real world", arXiv 1703.06907; Bengio et al., "Curriculum learning",
 //! ICML 2009 (DOI 10.1145/1553374.1553380).
 
-use crate::error::Result;
-use crate::pattern::{ClassShares, Pattern, grid, poisson_disk, random_stream};
+use crate::error::{Error, Result, shown};
+use crate::pattern::{ClassShares, Pattern, PatternSource, grid, poisson_disk, random_stream};
 use crate::setters::setters;
 use crate::sim::{Conditions, Disturbances, Scene};
 use crate::station::Station;
@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 pub type ClosedInterval = (f64, f64);
 
 /// How patterns and belt speeds are drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Domain {
@@ -46,6 +46,11 @@ pub struct Domain {
     /// is exact.
     #[serde(default)]
     pub update_hz: f64,
+    /// A source such as `balanced` or `poisson:0.12:100`: patterns are those of this set, in turn,
+    /// instead of drawn from `spacing` and `grids`. Every station has the set of its own belt under the
+    /// training's seed.
+    #[serde(default)]
+    pub patterns: Option<String>,
 }
 
 fn sure() -> ClosedInterval {
@@ -69,6 +74,8 @@ setters!(Domain {
     fn with_grasp_success(grasp_success: ClosedInterval);
     /// With decisions only at multiples of `1 / update_hz` seconds; 0 for any time [Hz].
     fn with_update_hz(update_hz: f64);
+    /// With the patterns of the set that this source generates, or drawn ones.
+    fn with_patterns(patterns: impl Into<Option<String>>);
 });
 
 impl Domain {
@@ -82,7 +89,32 @@ impl Domain {
         failing: 0.0,
         grasp_success: (1.0, 1.0),
         update_hz: 0.0,
+        patterns: None,
     };
+
+    /// The source of the patterns if they are those of a set.
+    ///
+    /// # Errors
+    /// An unknown form, or a source that reads a file.
+    pub(super) fn source(&self) -> Result<Option<PatternSource>> {
+        let Some(text) = &self.patterns else {
+            return Ok(None);
+        };
+        let place = "the training plan: domain.patterns";
+        let source: PatternSource = text.parse().map_err(|error: Error| error.inside(place))?;
+        let feed = source.feed().and_then(|feed| feed.file());
+        if feed.is_some() || matches!(source, PatternSource::Files(_)) {
+            return Err(Error::usage(
+                place,
+                format!(
+                    "`{}` is read from files, which a record and a checkpoint do not contain",
+                    shown(text)
+                ),
+                "give a set that follows from the seed, such as balanced or poisson:0.12:100",
+            ));
+        }
+        Ok(Some(source))
+    }
 }
 
 /// A pattern and the line for it.
@@ -165,6 +197,29 @@ impl Domain {
         } else {
             poisson_disk(width, spacing, items, rng)?
         };
+        self.course_of(pattern, station, factor, rng)
+    }
+
+    /// The course with this pattern on a station with a belt speed that is drawn.
+    pub(super) fn course_with(
+        &self,
+        pattern: Pattern,
+        station: &Station,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Course> {
+        let (low, high) = self.speed;
+        let factor = low + (high - low) * rng.random::<f64>();
+        self.course_of(pattern, station, factor, rng)
+    }
+
+    /// The course with this pattern on a station with its belt speed times `factor`.
+    fn course_of(
+        &self,
+        pattern: Pattern,
+        station: &Station,
+        factor: f64,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Course> {
         let station = station.with_belt_speed(station.belt().speed * factor)?;
         let pattern = with_classes(&pattern, &station, rng)?.unwrap_or(pattern);
         let (pattern, disturbances) = self.with_failures(pattern, rng)?;

@@ -1,6 +1,7 @@
 //! The station as a decision process: environment, networks, training.
 
 mod batch;
+mod courses;
 mod demonstration;
 pub mod domain;
 mod environment;
@@ -19,6 +20,7 @@ mod score;
 mod trainer;
 
 pub use batch::Batch;
+pub use courses::Courses;
 pub use demonstration::Demonstration;
 pub use domain::{Course, Domain};
 pub use environment::{DispatchEnvironment, Step};
@@ -26,7 +28,7 @@ pub use evaluation::{Trial, TrialName};
 #[cfg(feature = "onnx")]
 pub use export::export;
 pub use imitation::Imitation;
-pub use plan::{PRESETS, Plan, shape};
+pub use plan::{Keep, PRESETS, Plan, shape};
 pub use player::NetworkPlayer;
 pub use reward::Reward;
 #[cfg(feature = "onnx")]

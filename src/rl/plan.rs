@@ -15,6 +15,18 @@ const MOST_SAMPLES: usize = 10_000_000;
 /// A cure that several checks share.
 const ABOVE: &str = "give a number above 0";
 
+/// Which network of a training becomes the policy.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum Keep {
+    /// The one with the best score on the built-in cases.
+    #[default]
+    Best,
+    /// The one at the end. Nothing is chosen by the cases then, so that it can be judged on them.
+    Last,
+}
+
 /// All settings of a training except its seed and stations.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -45,6 +57,9 @@ pub struct Plan {
     /// Updates per phase, after which new patterns are drawn; fewer if the training would have
     /// fewer than seven phases.
     pub updates: usize,
+    /// Which network becomes the policy.
+    #[serde(default)]
+    pub keep: Keep,
 }
 
 setters!(Plan {
@@ -70,6 +85,8 @@ setters!(Plan {
     fn with_courses(courses: usize);
     /// With this maximum number of updates per phase.
     fn with_updates(updates: usize);
+    /// With this network as the policy.
+    fn with_keep(keep: Keep);
 });
 
 /// The presets by name, with one line each for help texts.
@@ -121,6 +138,7 @@ impl Plan {
                 steps: 12_000_000,
                 courses: 256,
                 updates: 24,
+                keep: Keep::Best,
             }),
             "paper" => Ok(Self {
                 preset: name.into(),
@@ -138,6 +156,7 @@ impl Plan {
                 steps: 3_000_000,
                 courses: 256,
                 updates: 96,
+                keep: Keep::Best,
             }),
             _ => Err(Error::usage(
                 "'preset'",
@@ -158,6 +177,7 @@ impl Plan {
         let samples = ppo.n_envs.saturating_mul(ppo.n_steps);
         let ordered = |(low, high): ClosedInterval| low > 0.0 && low <= high && high.is_finite();
         let (least, most) = domain.items;
+        let drawn = domain.source()?.is_none();
         let share = |x: f64| (0.0..=1.0).contains(&x);
         let unit = |x: f32| (0.0..=1.0).contains(&x);
         let positive = |x: f32| x > 0.0 && x.is_finite();
@@ -207,6 +227,16 @@ impl Plan {
                 "give two probabilities, the lower first",
             ),
             ("domain.curriculum", share(domain.curriculum), "give 0 to 1"),
+            (
+                "domain.curriculum",
+                drawn || domain.curriculum == 0.0,
+                "give 0: all patterns of a set ('domain.patterns') are played from the beginning",
+            ),
+            (
+                "domain.items",
+                drawn || least == most,
+                "give the same count twice: the patterns of a set ('domain.patterns') have as many items",
+            ),
             (
                 "domain.update_hz",
                 domain.update_hz == 0.0 || (1.0..=1e6).contains(&domain.update_hz),

@@ -70,7 +70,7 @@ fn merge(value: &mut Value, asked: &Value, path: &str, place: &str) -> Result<()
             }
             Ok(())
         }
-        (old, new) if fits(old, new) && (path == LAYERS || length(old) == length(new)) => {
+        (old, new) if accepts(old, new, path) => {
             *value = new.clone();
             Ok(())
         }
@@ -88,6 +88,9 @@ fn merge(value: &mut Value, asked: &Value, path: &str, place: &str) -> Result<()
             let new: String = new.to_string().chars().take(40).collect();
             let cure = match old {
                 Value::Object(_) => "give an object, {...}".to_owned(),
+                Value::Null if path == SOURCE => {
+                    "give a set such as \"balanced\", or null for none".to_owned()
+                }
                 Value::Null => "give a number, or null for none".to_owned(),
                 old => format!("give a value like {old}"),
             };
@@ -98,6 +101,16 @@ fn merge(value: &mut Value, asked: &Value, path: &str, place: &str) -> Result<()
 
 /// The only list that may have any length: the widths of layers.
 const LAYERS: &str = "architecture.hidden.";
+/// The only key that is missing in every preset and not a number.
+const SOURCE: &str = "domain.patterns.";
+
+/// Whether `new` may take the place of `old` at `path`.
+fn accepts(old: &Value, new: &Value, path: &str) -> bool {
+    match path {
+        SOURCE => new.is_string() || new.is_null(),
+        _ => fits(old, new) && (path == LAYERS || length(old) == length(new)),
+    }
+}
 
 /// Number of entries of a list; 0 for anything else.
 fn length(value: &Value) -> usize {
@@ -143,6 +156,13 @@ mod tests {
             other => panic!("{other:?}"),
         }
         assert_eq!(plan, expected);
+        let set = r#"{"domain": {"patterns": "balanced", "items": [50, 50], "curriculum": 0}}"#;
+        let expected = Plan::preset("default").unwrap();
+        let domain = expected.domain.clone().with_items((50, 50));
+        let domain = domain
+            .with_curriculum(0.0)
+            .with_patterns("balanced".to_owned());
+        assert_eq!(read(set).unwrap(), expected.with_domain(domain));
         let plan = read(r#"{"preset": "paper", "imitation": {"rounds": 3}}"#).unwrap();
         assert_eq!((plan.view.as_str(), plan.slots), ("paper", 10));
         assert_eq!(plan.imitation.unwrap().rounds, 3);
@@ -154,6 +174,8 @@ mod tests {
             let mut plan = Plan::preset(name).unwrap();
             plan.imitation = Some(Imitation::of("FIFO"));
             plan.ppo.target_kl = Some(0.5);
+            plan.domain = plan.domain.with_items((9, 9)).with_curriculum(0.0);
+            plan.domain.patterns = Some("poisson:0.2:7".into());
             let text = serde_json::to_string(&plan).unwrap();
             assert_eq!(read(&text).unwrap(), plan);
             let record = format!(r#"{{"seed": 1, "plan": {text}}}"#);
@@ -182,12 +204,34 @@ mod tests {
             (r#"{"domain": {"spacing": [0.4, 0.1]}}"#, "domain.spacing"),
             (r#"{"domain": {"items": [0, 5]}}"#, "domain.items"),
             (r#"{"domain": {"update_hz": -1}}"#, "domain.update_hz"),
+            (r#"{"domain": {"patterns": 3}}"#, "give a set such as"),
+            (
+                r#"{"domain": {"patterns": "poisson:x"}}"#,
+                "domain.patterns: 'patterns' poisson:x",
+            ),
+            (
+                r#"{"domain": {"patterns": "Cargo.toml"}}"#,
+                "`Cargo.toml` is read from files",
+            ),
+            (
+                r#"{"domain": {"patterns": "profile:x.csv"}}"#,
+                "`profile:x.csv` is read from files",
+            ),
+            (
+                r#"{"domain": {"patterns": "balanced", "curriculum": 0}}"#,
+                "domain.items",
+            ),
+            (
+                r#"{"domain": {"patterns": "balanced", "items": [9, 9]}}"#,
+                "domain.curriculum",
+            ),
             (r#"{"preset": "papr"}"#, "did you mean `paper`"),
             (r#"{"view": "ful"}"#, "ful"),
             (r#"{"slots": 0}"#, "slots"),
             (r#"{"architecture": {"width": 0}}"#, "1 to 4096"),
             (r#"{"architecture": {"kind": "mpl"}}"#, "plan.json"),
             (r#"{"imitation": {"epochs": 0}}"#, "imitation.epochs"),
+            (r#"{"keep": "lst"}"#, "expected `best` or `last`"),
         ] {
             let error = read(text).unwrap_err().to_string();
             assert!(error.contains(word), "{text}: {error}");

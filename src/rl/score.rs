@@ -1,8 +1,8 @@
-//! The results of a training: the learning curve, the best network so far, the record.
+//! The results of a training: the learning curve, the network to keep so far, the record.
 
 use super::evaluation::{Trial, TrialName};
 use super::export::export;
-use super::plan::Plan;
+use super::plan::{Keep, Plan};
 use super::trainer::{Phase, Round, Trainer};
 use crate::error::{Error, Result};
 use crate::policy::{Metadata, Trained};
@@ -44,7 +44,7 @@ impl fmt::Display for ShareOfGreedy {
     }
 }
 
-/// The best network so far.
+/// The best network so far, or the last one if the plan says so.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct BestNetwork {
     /// Mean over trials of the rate as a multiple of greedy GT's rate (game theory).
@@ -117,7 +117,7 @@ pub struct Record {
     pub wall_time_s: f64,
     /// All settings but the seed and the stations.
     pub plan: Plan,
-    /// Weighted rates of the best network on each trial.
+    /// Weighted rates of the exported network on each trial.
     pub trials: Vec<TrialRecord>,
 }
 
@@ -165,8 +165,8 @@ impl<'a> TrainingResults<'a> {
         &self.kept
     }
 
-    /// Evaluates the current network, after the time `elapsed`. Returns the score of the best
-    /// network so far.
+    /// Evaluates the current network, after the time `elapsed`. Returns the score of the network to
+    /// keep so far.
     ///
     /// # Errors
     /// As for [`Trial::rate`].
@@ -183,7 +183,8 @@ impl<'a> TrainingResults<'a> {
         let shares: Vec<f64> = rates.iter().zip(&self.trials).map(share).collect();
         let score = mean(&shares);
         let best = self.kept.best.as_ref();
-        if best.is_none_or(|best| score > best.score) {
+        let last = trainer.plan().keep == Keep::Last;
+        if last || best.is_none_or(|best| score > best.score) {
             self.kept.best = Some(BestNetwork {
                 score,
                 steps: trainer.steps(),
@@ -268,7 +269,7 @@ impl<'a> TrainingResults<'a> {
         }
     }
 
-    /// The best network as the bytes of an ONNX file.
+    /// The network to keep as the bytes of an ONNX file.
     pub fn export(&self, trainer: &Trainer, stations: &str, record: &str) -> Vec<u8> {
         let layout = trainer.layout();
         let mut metadata = Metadata::new(&layout);

@@ -4,6 +4,8 @@
 //! resumed from a checkpoint, which is written between two phases, therefore continues
 //! bit-exactly as if it had never stopped, on any number of threads.
 
+use super::courses::Courses;
+use super::domain::Course;
 use super::imitation::{Answers, Pupil};
 use super::nn::{Adam, Network};
 use super::plan::{Plan, shape};
@@ -12,7 +14,7 @@ use crate::decision::Figures;
 use crate::decision::observation::Layout;
 use crate::error::{Error, Result};
 use crate::optimize::Environment;
-use crate::pattern::random_stream;
+use crate::pattern::{Pattern, random_stream};
 use crate::sim::Scene;
 use crate::station::{Station, station_hash};
 use crate::strategies::Blueprint;
@@ -33,6 +35,7 @@ pub struct Trainer {
     plan: Plan,
     layout: Layout,
     stations: Vec<Station>,
+    courses: Courses,
     seed: u64,
     learner: Learner,
     /// Number of completed rounds of imitation.
@@ -119,6 +122,7 @@ impl Trainer {
         let parameters = network.initial(&mut random_stream(seed, SHUFFLE));
         Ok(Self {
             learner: Learner::new(network, parameters),
+            courses: Courses::new(&plan.domain, &stations, seed)?,
             plan,
             layout,
             stations,
@@ -284,9 +288,7 @@ impl Trainer {
                 .wrapping_mul(PHASE_STRIDE)
                 .wrapping_add(round as u64);
             let plan = &self.plan;
-            let courses = plan
-                .domain
-                .draw(&self.stations, imitation.courses, 1.0, seed)?;
+            let courses = self.drawn(imitation.courses, 1.0, seed)?;
             let scenes = plan.domain.scenes(&courses)?;
             let pupil = match round {
                 0 => Pupil::Expert,
@@ -324,6 +326,21 @@ impl Trainer {
         Ok(())
     }
 
+    /// Trains on no pattern of a set that is one of `tests`.
+    ///
+    /// # Errors
+    /// Nothing is left of the set.
+    pub fn leave_out(&mut self, tests: &[&Pattern]) -> Result<()> {
+        self.courses.leave_out(tests)
+    }
+
+    /// `count` courses; see [`Courses::draw`].
+    fn drawn(&self, count: usize, progress: f64, seed: u64) -> Result<Vec<Course>> {
+        let domain = &self.plan.domain;
+        self.courses
+            .draw(domain, &self.stations, count, progress, seed)
+    }
+
     /// Updates per phase: as planned, but fewer in short trainings, so that patterns become
     /// denser in time.
     fn updates(&self) -> usize {
@@ -348,7 +365,7 @@ impl Trainer {
             .wrapping_add(self.phase);
         let plan = &self.plan;
         let domain = &plan.domain;
-        let courses = domain.draw(&self.stations, plan.courses, self.progress(), seed)?;
+        let courses = self.drawn(plan.courses, self.progress(), seed)?;
         let scenes = domain.scenes(&courses)?;
         let make = |first: usize| {
             let range = (first * GROUP, GROUP);

@@ -39,6 +39,7 @@ mod sweep;
 mod sweep_options;
 #[cfg(feature = "onnx")]
 mod train;
+mod trials;
 mod values;
 
 pub use blueprint::{BlueprintOptions, PolicyDistance, blueprint, policy_distance};
@@ -63,3 +64,4 @@ pub use sweep_options::{DEFAULT_GRID, SweepOptions, SweepSettings};
 pub use train::{
     SavedTraining, TrainOptions, TrainStudy, TrainedPolicy, TrainingEvent, TrainingLine, train,
 };
+pub use trials::trials;

@@ -1,11 +1,10 @@
 //! A policy trained on lines, scored on the built-in cases while it learns.
 
+use super::trials::trials;
 use crate::dispatch::RULES;
 use crate::error::{Error, Result};
-use crate::experiment::load_cases;
 use crate::optimize::Environment;
-use crate::pattern::{Pattern, random_stream};
-use crate::rl::domain::{Course, scenes, with_classes};
+use crate::rl::domain::{Course, scenes};
 use crate::rl::{
     Checkpoint, Curve, Judged, Kept, Plan, Record, Round, ShareOfGreedy, Trainer, TrainingResults,
     Trial, TrialName,
@@ -16,10 +15,6 @@ use crate::strategies::{self, StrategySpec, default_assignment};
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
-/// Number of patterns per random case on which the policy is scored during training.
-const TRIALS: usize = 10;
-/// The first seed of these patterns, far from the seeds of tables, which start at 1.
-const TRIAL_SEED: u64 = 990_000;
 /// Maximum number of robots for which greedy GT (game theory) is found in seconds.
 const MOST_ROBOTS: usize = 6;
 
@@ -130,7 +125,7 @@ pub enum TrainingEvent<'a> {
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct TrainedPolicy {
-    /// The best network, as the bytes of an ONNX file.
+    /// The network that the plan keeps, as the bytes of an ONNX file.
     pub onnx: Vec<u8>,
     /// The training record.
     pub record: Record,
@@ -162,6 +157,8 @@ impl TrainedPolicy {
 #[derive(Debug)]
 pub struct TrainStudy {
     lines: Vec<TrainingLine>,
+    /// What the policy is scored on.
+    trials: Vec<(TrialName, Vec<Course>)>,
     trainer: Trainer,
     kept: Kept,
     /// The strategy to imitate.
@@ -195,7 +192,7 @@ impl TrainStudy {
         lines.iter().try_for_each(check_size)?;
         let stations: Vec<Station> = lines.iter().map(|line| line.station.clone()).collect();
         let expert = expert(&plan, &stations)?;
-        let (trainer, kept) = match options.resumed {
+        let (mut trainer, kept) = match options.resumed {
             Some(saved) => {
                 let mut trainer = Trainer::resume(saved.trainer, stations)?;
                 if let Some(steps) = options.steps {
@@ -210,8 +207,13 @@ impl TrainStudy {
                 (trainer, Kept::default())
             }
         };
+        let trials = trial_courses(&lines)?;
+        let tests = trials.iter().flat_map(|(_, courses)| courses);
+        let tests: Vec<_> = tests.map(|course| &course.pattern).collect();
+        trainer.leave_out(&tests)?;
         Ok(Self {
             lines,
+            trials,
             trainer,
             kept,
             expert,
@@ -234,9 +236,8 @@ impl TrainStudy {
         environment: &Environment,
         report: &mut dyn FnMut(TrainingEvent) -> Result<()>,
     ) -> Result<TrainedPolicy> {
-        let courses = trial_courses(&self.lines)?;
         let started = Instant::now();
-        let results = TrainingResults::new(trials(&courses)?, self.kept, &self.trainer)?;
+        let results = TrainingResults::new(scored_trials(&self.trials)?, self.kept, &self.trainer)?;
         let running = RunningTraining {
             names: self.lines.into_iter().map(|line| line.name).collect(),
             trainer: self.trainer,
@@ -388,32 +389,27 @@ fn expert(plan: &Plan, stations: &[Station]) -> Result<Option<StrategySpec>> {
 fn trial_courses(lines: &[TrainingLine]) -> Result<Vec<(TrialName, Vec<Course>)>> {
     let mut list: Vec<(TrialName, Vec<Course>)> = Vec::new();
     for TrainingLine { name, station } in lines {
-        for case in load_cases("all")? {
+        for (case, patterns) in trials("all", station)? {
             let title = TrialName {
                 station: name.clone(),
-                case: case.name.clone(),
+                case,
             };
             if list.iter().any(|(known, _)| *known == title) {
                 continue;
             }
-            let patterns = case.patterns(station.belt(), TRIALS, TRIAL_SEED)?;
-            let course = |(index, (_, pattern)): (usize, (_, Pattern))| {
-                let mut rng = random_stream(TRIAL_SEED, index as u64);
-                Ok(Course {
-                    station: station.clone(),
-                    pattern: with_classes(&pattern, station, &mut rng)?.unwrap_or(pattern),
-                    disturbances: Disturbances::default(),
-                })
+            let course = |pattern| Course {
+                station: station.clone(),
+                pattern,
+                disturbances: Disturbances::default(),
             };
-            let courses = patterns.into_iter().enumerate().map(course);
-            list.push((title, courses.collect::<Result<_>>()?));
+            list.push((title, patterns.into_iter().map(course).collect()));
         }
     }
     Ok(list)
 }
 
 /// The trials that score the policy, with the results of rules on them.
-fn trials(courses: &[(TrialName, Vec<Course>)]) -> Result<Vec<Trial<'_>>> {
+fn scored_trials(courses: &[(TrialName, Vec<Course>)]) -> Result<Vec<Trial<'_>>> {
     let mut list = Vec::with_capacity(courses.len());
     for (name, courses) in courses {
         let robots = courses

@@ -19,7 +19,44 @@ fn the_committed_tables_are_made_again_to_the_byte() {
     for part in ["optimize", "compare", "lookahead", "sweep"] {
         compared += compare_folders(&root.join("results").join(part), &folder.path().join(part));
     }
-    assert_eq!(compared, 6 + 4 * 7 + 2 * 7 + 2 * 4);
+    let part = "sb3/compare";
+    compared += compare_folders(&root.join("results").join(part), &folder.path().join(part));
+    assert_eq!(compared, 6 + 4 * 7 + 2 * 7 + 2 * 4 + 3);
+}
+
+/// The table of the trained policies in docs/rl.md has the benefits over robust GT that were found.
+#[test]
+fn the_docs_show_what_the_policies_of_both_trainers_gain() {
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let read = |path: &str| std::fs::read_to_string(root.join(path)).unwrap();
+    let rates = read("results/sb3/compare/picking_rate.csv");
+    let mut rates = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .from_reader(rates.as_bytes());
+    let column = |name: &str, headers: &csv::StringRecord| {
+        headers.iter().position(|header| header == name).unwrap()
+    };
+    let headers = rates.headers().unwrap().clone();
+    let benefit = column("benefit_percent", &headers);
+    let rows: Vec<csv::StringRecord> = rates.records().map(Result::unwrap).collect();
+    let docs = read("docs/rl.md");
+    let cases = ["grid 0.15, 50 items", "grid 0.3, 50 items"];
+    let cases = [
+        &cases[..],
+        &["poisson 0.2, 29 items", "poisson 0.3, 36 items"],
+    ]
+    .concat();
+    for case in cases {
+        let of = |policy: &str| {
+            let method = format!("onnx:results/sb3/{policy}.onnx");
+            let row = rows.iter().find(|row| row[0] == *case && row[1] == *method);
+            let percent: f64 = row.unwrap()[benefit].parse().unwrap();
+            format!("{percent:.1}")
+        };
+        let natives = ["native-1", "native-2", "native-3"].map(of).join(" / ");
+        let cells = format!("| {case} | {} | {natives} |", of("sb3-1"));
+        assert!(docs.contains(&cells), "docs/rl.md lacks {cells}");
+    }
 }
 
 /// The comparisons on real lines and of failures take too long to be made again; the first pattern of

@@ -269,30 +269,33 @@ fn training_goes_on_to_the_bit_from_a_checkpoint_on_any_number_of_threads() {
         stop: &stop,
         progress: &Silent,
     };
-    let whole = on_threads(1, || {
-        let mut trainer = Trainer::new(small(), stations(), 7).unwrap();
-        for _ in 0..3 {
+    let mut on_a_set = small();
+    let domain = on_a_set.domain.with_items((12, 12)).with_curriculum(0.0);
+    on_a_set.domain = domain.with_patterns("balanced:3".to_owned());
+    let learned = [small(), on_a_set].map(|plan| {
+        let whole = on_threads(1, || {
+            let mut trainer = Trainer::new(plan.clone(), stations(), 7).unwrap();
+            for _ in 0..3 {
+                trainer.phase(&work).unwrap();
+            }
+            trainer.parameters().to_vec()
+        });
+        let parts = on_threads(2, || {
+            let mut trainer = Trainer::new(plan, stations(), 7).unwrap();
             trainer.phase(&work).unwrap();
-        }
-        trainer.parameters().to_vec()
-    });
-    let parts = on_threads(2, || {
-        let mut trainer = Trainer::new(small(), stations(), 7).unwrap();
-        trainer.phase(&work).unwrap();
-        let text = serde_json::to_string(&trainer.checkpoint()).unwrap();
-        let checkpoint = serde_json::from_str(&text).unwrap();
-        let mut trainer = Trainer::resume(checkpoint, stations()).unwrap();
-        for _ in 0..2 {
-            trainer.phase(&work).unwrap();
-        }
-        trainer.parameters().to_vec()
-    });
-    assert!(
+            let text = serde_json::to_string(&trainer.checkpoint()).unwrap();
+            let checkpoint = serde_json::from_str(&text).unwrap();
+            let mut trainer = Trainer::resume(checkpoint, stations()).unwrap();
+            for _ in 0..2 {
+                trainer.phase(&work).unwrap();
+            }
+            trainer.parameters().to_vec()
+        });
+        let same = |(a, b): (&f32, &f32)| a.to_bits() == b.to_bits();
+        assert!(whole.iter().zip(&parts).all(same));
         whole
-            .iter()
-            .zip(&parts)
-            .all(|(a, b)| a.to_bits() == b.to_bits())
-    );
+    });
+    assert_ne!(learned[0], learned[1]);
 }
 
 /// One slow robot over the middle of the belt, between two rows. Items come in pairs,

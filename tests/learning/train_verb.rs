@@ -173,6 +173,40 @@ fn a_plan_changes_the_preset_and_a_record_is_a_plan() {
     assert_eq!(rates("a.csv"), rates("b.csv"));
 }
 
+/// The policy is the network at the end, although an earlier one is better on the cases, which are not
+/// those that it learns from.
+#[test]
+fn the_last_network_is_kept_where_the_plan_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let train = |name: &str, keep: &str| {
+        let plan = format!(
+            r#"{{"preset": "paper", "courses": 12, "updates": 1, "steps": 8192, "keep": "{keep}",
+                "domain": {{"patterns": "balanced:6", "items": [40, 40], "curriculum": 0}}}}"#
+        );
+        let file = folder.path().join("plan.json");
+        std::fs::write(&file, plan).unwrap();
+        let out = folder.path().join(name);
+        text(&refs(&train(&out, &["--plan", file.to_str().unwrap()])));
+        let record = std::fs::read_to_string(out.with_extension("json")).unwrap();
+        let record: serde_json::Value = serde_json::from_str(&record).unwrap();
+        let rates = record["trials"].as_array().unwrap().iter();
+        let rates = rates.map(|trial| format!("{:.3}", trial["policy"].as_f64().unwrap()));
+        let rates = rates.collect::<Vec<_>>().join(",");
+        let curve = learned(folder.path(), &name.replace(".onnx", ".csv"));
+        let ends = |row: &String| row.ends_with(&rates);
+        (
+            record["best_steps"].as_u64(),
+            curve.iter().rposition(ends),
+            curve.len(),
+        )
+    };
+    let (steps, place, rows) = train("last.onnx", "last");
+    assert_eq!((steps, place, rows), (Some(8192), Some(5), 6));
+    let (steps, place, _) = train("best.onnx", "best");
+    assert_eq!(steps, place.map(|place| 2048 * (place as u64 - 1)));
+    assert_ne!(steps, Some(8192));
+}
+
 /// The curve without the seconds that it took.
 fn learned(folder: &Path, name: &str) -> Vec<String> {
     let text = std::fs::read_to_string(folder.join(name)).unwrap();
@@ -250,12 +284,20 @@ fn typing_mistakes_get_a_suggestion() {
     let unknown = folder.path().join("unknown.json");
     std::fs::write(&unknown, r#"{"ppo": {"gama": 1}}"#).unwrap();
     let unknown = unknown.to_str().unwrap();
+    let seen = folder.path().join("seen.json");
+    let plan = r#"{"domain": {"patterns": "grid:0.15", "items": [50, 50], "curriculum": 0}}"#;
+    std::fs::write(&seen, plan).unwrap();
+    let seen = seen.to_str().unwrap();
     for (flags, words) in [
         (
             &["--plan", unknown][..],
             &["unknown.json", "ppo.gama", "did you mean `gamma`"][..],
         ),
         (&["--plan", "nowhere.json"], &["nowhere.json"]),
+        (
+            &["--plan", seen],
+            &["domain.patterns", "scored on all patterns"],
+        ),
         (
             &["--out", "policy.json"],
             &["--out", "policy.json", ".onnx"],
@@ -323,6 +365,6 @@ fn typing_mistakes_get_a_suggestion() {
         assert_eq!(output.status.code(), Some(2), "{stderr}");
         assert!(stderr.contains(words), "{stderr}");
     }
-    // The two files that were given, and nothing half made.
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
+    // The three files that were given, and nothing half made.
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3);
 }

@@ -38,7 +38,7 @@ mod verification;
 
 pub use any_report::AnyReport;
 pub use bound::{BoundReport, CertifiedReport};
-pub use charts::ChartKind;
+pub use charts::{ChartKind, LearningCurve, learning_curves_svg};
 pub use classes::ClassReport;
 pub use clearance::{ClearanceReport, arms_apart};
 pub use comparison::ComparisonReport;

@@ -5,7 +5,7 @@
 //! |---|---|
 //! | `chart.rs`, `axis.rs` | a chart as data: axes, layers, marks, legend |
 //! | `kind.rs` | the kinds of charts of a report, by name |
-//! | `curve.rs` | the chart of a training run |
+//! | `curve.rs`, `curves.rs` | the chart of a training run, and of several |
 //! | `draw.rs` | a chart as SVG |
 //! | `layers.rs`, `marks.rs`, `legend.rs` | what is inside, above and below the axes |
 //! | `labels.rs`, `signs.rs` | text and markers |
@@ -15,6 +15,7 @@ mod axis;
 mod chart;
 #[cfg(feature = "onnx")]
 mod curve;
+mod curves;
 mod draw;
 mod kind;
 mod labels;
@@ -24,6 +25,7 @@ mod look;
 mod marks;
 mod signs;
 
+pub use curves::{LearningCurve, learning_curves_svg};
 pub use kind::ChartKind;
 
 pub(crate) use axis::{ChartAxis, percent};
