@@ -8,6 +8,9 @@ use nalgebra::DMatrix;
 /// A parameter more must lower the loss by this: half of what twice the logarithm of the likelihood
 /// ratio exceeds by chance with a probability of 0.001 (Wilks 1938, DOI 10.1214/aoms/1177732360).
 pub(super) const WORTH: f64 = 0.5 * 10.828;
+/// What a value may cost that is not excluded: half of what twice the logarithm of the likelihood
+/// ratio exceeds by chance with a probability of 0.05 (Wilks 1938, DOI 10.1214/aoms/1177732360).
+pub(super) const EXCLUDED: f64 = 0.5 * 3.841;
 /// Least number of observations at top speed for which it can be told.
 const LEAST_CRUISING: usize = 5;
 /// A parameter whose standard error is more than this share of it is not determined.

@@ -1,14 +1,13 @@
 //! The estimate of one arm's law: which parameters the times determine, and which law fits.
 
 use super::determined::{
-    WORTH, depends_on_speed, is_determined, is_limit_told, is_speed_told, median_reach,
+    EXCLUDED, WORTH, depends_on_speed, is_determined, is_limit_told, is_speed_told, median_reach,
     never_cruising, undetermined,
 };
 use super::model::{
     DWELL, GRASP, LIFT, Leg, Observation, Parameters, RAMP, SLOWNESS, longest_path,
 };
 use super::options::{FitLaw, FitOptions};
-use super::profile::EXCLUDED;
 use super::robust::{Estimate, TUKEY, Task, median};
 
 /// The lowest speed that is not excluded is sought to this share of the highest one.

@@ -5,13 +5,11 @@
 //! Near the speed that is only just reached, the times say much less of higher speeds than of lower
 //! ones. Resamples around one estimate show that only in part; the profile does.
 
+use super::determined::EXCLUDED;
 use super::law_fit::LawEstimate;
 use super::model::{LIFT, Parameters, RAMP, SLOWNESS};
 use super::robust::{Estimate, Task};
 
-/// What a value may cost that is not excluded: half of what twice the logarithm of the likelihood
-/// ratio exceeds by chance with a probability of 0.05 (Wilks 1938, DOI 10.1214/aoms/1177732360).
-pub(super) const EXCLUDED: f64 = 0.5 * 3.841;
 /// The first step away from the estimate, as a share of the parameter,
 const FIRST_STEP: f64 = 0.005;
 /// and if that is less [s, m, s/m or s^2/m].
