@@ -106,7 +106,9 @@ pub fn demonstrate(
         Ok(played)
     };
     let episodes = patterns.par_iter().enumerate().map(play);
-    let episodes = episodes.collect::<Result<_>>()?;
+    // Whichever fails first, the first pattern's error is told.
+    let episodes: Vec<Result<_>> = episodes.collect();
+    let episodes = episodes.into_iter().collect::<Result<_>>()?;
     environment.progress.end();
     Ok(Demonstrations {
         strategy: made.name().to_owned(),
