@@ -149,7 +149,7 @@ fn summarise(method: &Method, runs: &[MethodRun], whole: Option<&Vec<MethodRun>>
     let rates = all(&|run| run.figures.picking_rate());
     let loss = whole.and_then(|whole| {
         let pairs = whole.iter().zip(runs);
-        let picked = |run: &MethodRun| run.figures.picked as usize;
+        let picked = |run: &MethodRun| run.figures.picked;
         let pairs: Vec<(usize, usize)> =
             pairs.map(|(all, run)| (picked(run), picked(all))).collect();
         let [kept, before] = [0, 1].map(|place| {
