@@ -1,7 +1,7 @@
 //! The learning curve of a training run.
 
-use super::axis::ChartAxis;
-use super::chart::{Chart, ChartMark, ChartPoint, Ink, Layer, LegendLine, PointStyle, Swatch};
+use super::chart::{Chart, ChartPoint, Ink, Layer, LegendLine, PointStyle, Swatch};
+use super::curves::learning_chart;
 use super::draw::for_paper;
 use crate::provenance::Provenance;
 use crate::table::fixed;
@@ -15,7 +15,7 @@ pub(crate) fn curve_chart(curve: &Curve, made: &Provenance) -> String {
 fn chart(curve: &Curve) -> Chart {
     let mut layers = Vec::new();
     let mut legend = Vec::new();
-    let mut all = vec![100.0];
+    let mut all = Vec::new();
     for (j, station) in curve.stations.iter().enumerate() {
         let point = |point: &pickline::rl::CurvePoint| {
             let y = 100.0 * point.shares[j];
@@ -45,26 +45,10 @@ fn chart(curve: &Curve) -> Chart {
             swatch: Swatch::Line,
         });
     }
-    let learned = curve
-        .points
-        .iter()
-        .map(|point| point.decisions as f64 / 1000.0);
-    Chart {
-        title: "Learning curve".into(),
-        caption: "Mean picking rate on the built-in cases of each station, as a share of \
-                  that of the best rules for every single pattern (greedy GT, game theory), under \
-                  seeds that no training sees."
-            .into(),
-        x: ChartAxis::around("decisions learned from [1000]", learned, true),
-        y: ChartAxis::around("picking rate to greedy GT [%]", all, false),
-        layers,
-        marks: vec![ChartMark {
-            at: 100.0,
-            upright: false,
-            ink: Ink::Text,
-            shade_to: None,
-            label: String::new(),
-        }],
-        legend,
-    }
+    let learned = curve.points.iter().map(|point| point.decisions as f64);
+    let title = "Learning curve";
+    let caption = "Mean picking rate on the built-in cases of each station, as a share of \
+                   that of the best rules for every single pattern (greedy GT, game theory), under \
+                   seeds that no training sees.";
+    learning_chart(title, caption, learned, all, layers, legend)
 }

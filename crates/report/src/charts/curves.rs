@@ -72,21 +72,35 @@ fn chart(curves: &[LearningCurve]) -> Chart {
     });
     let legend = legend.collect();
     let points = || curves.iter().flat_map(|curve| &curve.points);
-    let shares = points().map(|(_, share)| 100.0 * share).chain([100.0]);
+    let learned = points().map(|(decisions, _)| *decisions);
+    let shares = points().map(|(_, share)| 100.0 * share);
+    let title = "Learning curves";
+    let caption = "Mean picking rate on the cases, as a share of that of the best rules for every \
+                   single pattern (greedy GT, game theory), one line a training.";
+    learning_chart(title, caption, learned, shares.collect(), layers, legend)
+}
+
+/// A chart of picking rates [%] as shares of greedy GT's, whose place is marked, over the number of
+/// decisions `learned` from.
+pub(super) fn learning_chart(
+    title: &str,
+    caption: &str,
+    learned: impl Iterator<Item = f64>,
+    shares: Vec<f64>,
+    layers: Vec<Layer>,
+    legend: Vec<LegendLine>,
+) -> Chart {
+    let greedy = 100.0;
+    let thousands = learned.map(|decisions| decisions / 1000.0);
+    let shares = shares.into_iter().chain([greedy]);
     Chart {
-        title: "Learning curves".into(),
-        caption: "Mean picking rate on the cases, as a share of that of the best rules for every \
-                  single pattern (greedy GT, game theory), one line a training."
-            .into(),
-        x: ChartAxis::around(
-            "decisions learned from [1000]",
-            points().map(|(decisions, _)| decisions / 1000.0),
-            true,
-        ),
+        title: title.into(),
+        caption: caption.into(),
+        x: ChartAxis::around("decisions learned from [1000]", thousands, true),
         y: ChartAxis::around("picking rate to greedy GT [%]", shares, false),
         layers,
         marks: vec![ChartMark {
-            at: 100.0,
+            at: greedy,
             upright: false,
             ink: Ink::Text,
             shade_to: None,
