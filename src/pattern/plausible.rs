@@ -4,6 +4,7 @@ use super::item::{Item, Pattern};
 use crate::error::{counted, listed, shown};
 use crate::plausible::{ITEM_AREA, ITEM_GAP, OFF_CENTRE, Warning};
 use crate::station::Station;
+use std::collections::HashMap;
 
 impl Pattern {
     /// The implausible values of the pattern, which the user knows as `name`.
@@ -43,8 +44,10 @@ impl Pattern {
             stated.is_none_or(|class| class.wanted) && !station.takes(station.class_id(class))
         };
         let mut counts: Vec<(&Option<String>, usize)> = Vec::new();
+        let mut places: HashMap<&Option<String>, usize> = HashMap::new();
         for item in self.items().iter().filter(has_no_bin) {
-            match counts.iter_mut().find(|(class, _)| **class == item.class) {
+            let place = *places.entry(&item.class).or_insert(counts.len());
+            match counts.get_mut(place) {
                 Some((_, count)) => *count += 1,
                 None => counts.push((&item.class, 1)),
             }
