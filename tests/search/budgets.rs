@@ -62,7 +62,7 @@ fn runs_are_counted_so_the_result_does_not_depend_on_the_machine() {
         ]
         .concat(),
     );
-    assert!(table.contains("cut short by its budget of runs"), "{table}");
+    assert!(table.contains("fitted to its budget of runs"), "{table}");
 }
 
 /// The one exception is the first score, without which there is no result.

@@ -128,7 +128,7 @@ impl OptimumReport {
         let cut_short = [
             (StopReason::Interrupted, "interrupted"),
             (StopReason::TimeLimit, "ended by 'until'"),
-            (StopReason::Budget, "cut short by its budget of runs"),
+            (StopReason::Budget, "fitted to its budget of runs"),
         ];
         let cut_short = cut_short
             .iter()
