@@ -59,6 +59,9 @@ impl Line {
         if let LineBins::AtEdge(offset) = self.bins {
             check::position(place, "line.bin_offset", offset)?;
         }
+        for coordinate in self.rest.iter().flat_map(|rest| [rest.x, rest.y]) {
+            check::position(place, "line.rest", coordinate)?;
+        }
         check::distance(place, "line.tail", self.tail)?;
         check::positive(place, "line.reach", self.reach)?;
         check::dwell(place, "line.grasp_time", self.grasp_time)?;
