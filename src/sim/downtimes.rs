@@ -36,9 +36,6 @@ impl Downtimes {
     /// # Errors
     /// An outage of a robot that the station does not have, or far too many random outages.
     pub(super) fn new(conditions: &Conditions, station: &Station, last: f64) -> Result<Self> {
-        if !conditions.has_outages() {
-            return Ok(Self::default());
-        }
         let robots = station.robots().len();
         let mut given = vec![Vec::new(); robots];
         for outage in &conditions.given_outages {

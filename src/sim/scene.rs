@@ -97,7 +97,9 @@ impl<'a> Scene<'a> {
         if disturbed {
             scene.find_positions();
         }
-        scene.downtimes = Downtimes::new(&scene.conditions, station, scene.last_decision())?;
+        if scene.conditions.has_outages() {
+            scene.downtimes = Downtimes::new(&scene.conditions, station, scene.last_decision())?;
+        }
         Ok(scene)
     }
 
@@ -409,15 +411,18 @@ fn odds(pattern: &Pattern, conditions: &Conditions) -> Vec<Odds> {
         grasp: disturbances.p_grasp(item),
         detection: disturbances.p_detection(item),
     };
-    let odds: Vec<Odds> = pattern.items().iter().map(of_item).collect();
-    if odds.iter().all(|odds| *odds == Odds::SURE) {
+    let is_sure = |item: &Item| of_item(item) == Odds::SURE;
+    if pattern.items().iter().all(is_sure) {
         return Vec::new();
     }
-    odds
+    pattern.items().iter().map(of_item).collect()
 }
 
 /// The items that are left on the belt on purpose, downstream first.
 fn left_items(station: &Station, pattern: &Pattern, conditions: &Conditions) -> Vec<LeftItem> {
+    if !station.leaves_items() && conditions.min_detection <= 0.0 {
+        return Vec::new();
+    }
     let reason = |item: &Item| {
         let uncertain = || conditions.is_too_uncertain(item);
         foreign_reason(station, item).or_else(|| uncertain().then_some(LeftReason::LowDetection))
