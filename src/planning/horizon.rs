@@ -301,6 +301,16 @@ impl Horizon {
         self.arms[robot].place
     }
 
+    /// What `robot` alone needs, for loops over its items.
+    #[inline(always)]
+    pub(super) fn of_robot(&self, robot: usize) -> RobotHorizon<'_> {
+        RobotHorizon {
+            arm: &self.arms[robot],
+            reach: &self.reach[robot],
+            windows: &self.windows[robot],
+        }
+    }
+
     /// Whether `robot` leaves from more than one place.
     #[inline(always)]
     pub(super) fn has_places(&self, robot: usize) -> bool {
@@ -318,31 +328,56 @@ impl Horizon {
         self.arms[robot].finish(from, reach, start)
     }
 
-    /// The last departure from `from`, in its window for the item [s], at which `robot` is free again
+    /// The window [s] of the item at `place` for `robot` that leaves `from`; it closes before it
+    /// opens if there is none.
+    #[inline(always)]
+    pub(super) fn window(&self, robot: usize, from: u16, place: u32) -> (f64, f64) {
+        let of_robot = self.of_robot(robot);
+        of_robot.window(from, place, of_robot.reach(place))
+    }
+}
+
+/// A [`Horizon`] for one robot.
+#[derive(Clone, Copy)]
+pub(super) struct RobotHorizon<'a> {
+    arm: &'a RobotTiming,
+    reach: &'a [ItemReach],
+    windows: &'a [(f64, f64)],
+}
+
+impl<'a> RobotHorizon<'a> {
+    /// The item at `place`.
+    #[inline(always)]
+    pub(super) fn reach(&self, place: u32) -> &'a ItemReach {
+        &self.reach[place as usize]
+    }
+
+    /// [`Horizon::window`] of the item at `place`, which is `reach`.
+    #[inline(always)]
+    pub(super) fn window(&self, from: u16, place: u32, reach: &ItemReach) -> (f64, f64) {
+        match self.arm.places {
+            1 => (reach.open, reach.close),
+            places => self.windows[place as usize * places + usize::from(from)],
+        }
+    }
+
+    /// As [`Horizon::finish`].
+    #[inline(always)]
+    pub(super) fn finish(&self, from: u16, reach: &ItemReach, start: f64) -> f64 {
+        self.arm.finish(from, reach, start)
+    }
+
+    /// The last departure from `from`, in its window for the item [s], at which the robot is free again
     /// by `deadline` [s].
     #[inline(always)]
     pub(super) fn latest_start(
         &self,
-        robot: usize,
         from: u16,
         reach: &ItemReach,
         window: (f64, f64),
         deadline: f64,
     ) -> f64 {
-        self.arms[robot].latest_start(from, reach, window, deadline)
-    }
-
-    /// The window [s] of the item at `place` for `robot` that leaves `from`; it closes before it
-    /// opens if there is none.
-    #[inline(always)]
-    pub(super) fn window(&self, robot: usize, from: u16, place: u32) -> (f64, f64) {
-        let places = self.arms[robot].places;
-        if places == 1 {
-            let reach = &self.reach[robot][place as usize];
-            (reach.open, reach.close)
-        } else {
-            self.windows[robot][place as usize * places + usize::from(from)]
-        }
+        self.arm.latest_start(from, reach, window, deadline)
     }
 }
 
@@ -430,7 +465,8 @@ mod tests {
                 let finish = horizon.finish(snapshot.robot, from, reach, snapshot.time);
                 assert_eq!(finish, snapshot.time + at.processing_time(candidate));
                 let window = (reach.open, reach.close);
-                let start = horizon.latest_start(snapshot.robot, from, reach, window, finish);
+                let of_robot = horizon.of_robot(snapshot.robot);
+                let start = of_robot.latest_start(from, reach, window, finish);
                 assert!((start - snapshot.time).abs() < 1e-9);
                 // No departure in the window takes less than the shortest time.
                 for step in 0..=100 {

@@ -1,6 +1,6 @@
 //! A plan: which items each robot takes, in which order, and when.
 
-use super::horizon::Horizon;
+use super::horizon::{Horizon, RobotHorizon};
 use std::cmp::Ordering;
 
 /// No robot takes the item.
@@ -42,14 +42,14 @@ pub(super) struct PlanScore {
     pub free: f64,
 }
 
-/// The last start [s] of the item at `place` from `from` after which `robot` is free by `deadline`
+/// The last start [s] of the item at `place` from `from` after which the robot is free by `deadline`
 /// [s], which may be infinite.
-pub(super) fn latest(horizon: &Horizon, robot: usize, from: u16, place: u32, deadline: f64) -> f64 {
-    let window = horizon.window(robot, from, place);
+pub(super) fn latest(of_robot: &RobotHorizon, from: u16, place: u32, deadline: f64) -> f64 {
+    let reach = of_robot.reach(place);
+    let window = of_robot.window(from, place, reach);
     let (_, close) = window;
     if deadline.is_finite() {
-        let reach = horizon.reach(robot, place);
-        close.min(horizon.latest_start(robot, from, reach, window, deadline))
+        close.min(of_robot.latest_start(from, reach, window, deadline))
     } else {
         close
     }
@@ -114,15 +114,16 @@ impl PickPlan {
         let looked_at = route.len();
         let mut free = horizon.free[robot];
         let mut from = horizon.place_of(robot);
+        let of_robot = horizon.of_robot(robot);
         let (owner, value) = (&mut self.owner, &mut self.value);
         route.retain_mut(|stop| {
-            let reach = horizon.reach(robot, stop.place);
-            let (open, close) = horizon.window(robot, from, stop.place);
+            let reach = of_robot.reach(stop.place);
+            let (open, close) = of_robot.window(from, stop.place, reach);
             let start = free.max(open);
             let possible = start <= close;
             if possible {
                 stop.start = start;
-                stop.finish = horizon.finish(robot, from, reach, start);
+                stop.finish = of_robot.finish(from, reach, start);
                 free = stop.finish;
                 from = reach.bin;
             } else {
@@ -134,11 +135,11 @@ impl PickPlan {
         let mut deadline = f64::INFINITY;
         for number in (0..route.len()).rev() {
             let from = match number.checked_sub(1) {
-                Some(before) => horizon.reach(robot, route[before].place).bin,
+                Some(before) => of_robot.reach(route[before].place).bin,
                 None => horizon.place_of(robot),
             };
             let stop = &mut route[number];
-            stop.latest = latest(horizon, robot, from, stop.place, deadline);
+            stop.latest = latest(&of_robot, from, stop.place, deadline);
             deadline = stop.latest;
         }
         looked_at

@@ -175,8 +175,9 @@ impl Improver {
                 Some(stop) => {
                     // Where the gap ends decides when the next stop must be begun.
                     let next = route.get(to + 1).map_or(f64::INFINITY, |stop| stop.latest);
+                    let of_robot = horizon.of_robot(robot);
                     for place in 0..horizon.places(robot) as u16 {
-                        let latest = plan::latest(horizon, robot, place, stop.place, next);
+                        let latest = plan::latest(&of_robot, place, stop.place, next);
                         self.deadlines.push(latest);
                     }
                 }
@@ -251,6 +252,8 @@ impl Improver {
         let deadlines = &self.deadlines;
         let last = deadlines.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let single = !horizon.has_places(robot);
+        let of_robot = horizon.of_robot(robot);
+        let values = &horizon.values[..];
         self.open.clear();
         let owner = &mut self.current.owner;
         let queue = &horizon.queues[robot];
@@ -263,23 +266,23 @@ impl Improver {
             let blink = rng.next_u64();
             let mut best: Option<(f64, PlannedPick)> = None;
             self.open.retain(|&item| {
-                let reach = horizon.reach(robot, item);
+                let reach = of_robot.reach(item);
                 if reach.close < free || owner[item as usize] != NOBODY {
                     return false;
                 }
-                let (open, close) = horizon.window(robot, place, item);
+                let (open, close) = of_robot.window(place, item, reach);
                 let start = free.max(open);
                 if start > close {
                     // From another place there may still be time.
                     return true;
                 }
-                let finish = horizon.finish(robot, place, reach, start);
+                let finish = of_robot.finish(place, reach, start);
                 if finish > deadlines[deadline_of(single, reach.bin)] {
                     // Later, the pick would end even later, unless it begins elsewhere.
                     return !single;
                 }
                 let time = finish - free - deducted * reach.shortest;
-                let key = time / horizon.values[item as usize];
+                let key = time / values[item as usize];
                 if best.as_ref().is_none_or(|(least, _)| key < *least) && !blinks(blink, item) {
                     let stop = PlannedPick {
                         place: item,
