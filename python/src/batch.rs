@@ -1,6 +1,7 @@
 //! Environments that are stepped together.
 
 use crate::conditions::ConditionArguments;
+use crate::crew::Crew;
 use crate::errors::exception;
 use crate::pattern::Pattern;
 use crate::scalars;
@@ -21,6 +22,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
 use self_cell::self_cell;
+use std::mem;
+use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard};
 
 /// A pattern on its line.
@@ -46,17 +49,32 @@ type Environments<'a> = rl::Batch<'a>;
 self_cell!(
     /// Scenes with the environments that borrow them.
     struct OwnedEnvironments {
-        owner: OwnedScenes,
+        owner: Arc<OwnedScenes>,
         #[covariant]
         dependent: Environments,
     }
 );
 
-/// The environments, and the buffers of a step.
-struct State {
+/// Environments that a thread steps together; fewer cost more to hand out than to step.
+const AT_ONCE: usize = 4;
+
+/// Some of the environments, and the buffers of a step.
+struct Portion {
     environments: OwnedEnvironments,
+    task: Task,
     actions: Vec<usize>,
+    observations: Vec<f32>,
+    masks: Vec<bool>,
     steps: Vec<Step>,
+    outcome: Fallible<()>,
+}
+
+/// What is to be done in a portion.
+#[derive(Clone)]
+enum Task {
+    Step,
+    /// A new episode in each environment that is marked.
+    Reset(Vec<bool>),
 }
 
 /// The environments behind ``SortingEnv`` and ``SortingVectorEnv``.
@@ -65,7 +83,7 @@ pub(crate) struct Batch {
     layout: Layout,
     count: usize,
     /// `None` after a panic.
-    state: Mutex<Option<State>>,
+    state: Mutex<Option<Crew<Portion>>>,
 }
 
 /// The arrays that a step writes: observations [count, observation], masks [count, actions], rewards
@@ -114,45 +132,102 @@ fn rows<'a, T: Element, D: Dimension>(
     )))
 }
 
-/// The state of a batch, which nobody else has meanwhile.
-struct Held<'a>(MutexGuard<'a, Option<State>>);
-
-impl Held<'_> {
-    /// Calls `work` on the threads of this process, without the GIL.
-    fn on_threads<T: Send>(
-        self,
-        py: Python<'_>,
-        work: impl FnOnce(&mut State) -> Fallible<T> + Send,
-    ) -> PyResult<T> {
-        self.with(|state| work::parallel(py, || Ok(work(state))))
+impl Portion {
+    /// Environments `range` on `scenes`.
+    fn new(
+        scenes: Arc<OwnedScenes>,
+        layout: Layout,
+        reward: Reward,
+        range: Range<usize>,
+    ) -> Fallible<Self> {
+        let count = range.len();
+        let step = Step {
+            reward: 0.0,
+            ended: None,
+        };
+        Ok(Self {
+            environments: OwnedEnvironments::try_new(scenes, |scenes| {
+                rl::Batch::part(scenes.borrow_dependent(), layout, reward, range, 0)
+            })?,
+            task: Task::Step,
+            actions: vec![0; count],
+            observations: vec![0.0; count * layout.observation()],
+            masks: vec![false; count * layout.actions()],
+            steps: vec![step; count],
+            outcome: Ok(()),
+        })
     }
 
-    /// Calls `work` with environment `index` on this thread: handing a single step to another thread
-    /// would take longer than the step.
+    /// Sets the actions of the next step.
+    fn choose(&mut self, actions: &[usize]) -> Fallible<()> {
+        self.task = Task::Step;
+        self.actions.copy_from_slice(actions);
+        self.environments
+            .with_dependent_mut(|_, batch| batch.check_actions(actions))
+    }
+
+    /// Does what is to be done.
+    fn work(&mut self) {
+        let Self {
+            environments,
+            task,
+            actions,
+            observations,
+            masks,
+            steps,
+            outcome,
+        } = self;
+        *outcome = environments.with_dependent_mut(|_, batch| match task {
+            Task::Step => batch.step(actions, observations, masks, steps),
+            Task::Reset(chosen) => {
+                batch.reset_chosen(chosen, observations, masks);
+                Ok(())
+            }
+        });
+    }
+
+    /// Calls `work` with environment `index`.
+    fn with<T>(&mut self, index: usize, work: impl FnOnce(&mut DispatchEnvironment) -> T) -> T {
+        self.environments
+            .with_dependent_mut(|_, batch| work(&mut batch.environments()[index]))
+    }
+}
+
+/// The state of a batch, which nobody else has meanwhile.
+struct Held<'a>(MutexGuard<'a, Option<Crew<Portion>>>);
+
+impl Held<'_> {
+    /// Calls `work` on this thread, without the GIL.
+    fn without_gil<T: Send>(
+        self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut Crew<Portion>) -> Fallible<T> + Send,
+    ) -> PyResult<T> {
+        self.with(|crew| work::quick(py, || Ok(work(crew))))
+    }
+
+    /// Calls `work` with environment `index`, one of `count`.
     fn on_one<T: Send>(
         self,
         py: Python<'_>,
-        index: usize,
+        (index, count): (usize, usize),
         work: impl FnOnce(&mut DispatchEnvironment) -> Fallible<T> + Send,
     ) -> PyResult<T> {
-        self.with(|state| {
-            let count = state.steps.len();
-            if index >= count {
-                return Err(PyValueError::new_err(format!(
-                    "index: {index} of {count} environments\n  cure: give a smaller one"
-                )));
-            }
-            work::quick(py, || {
-                let work = |batch: &mut rl::Batch| work(&mut batch.environments()[index]);
-                Ok(state
-                    .environments
-                    .with_dependent_mut(|_, batch| work(batch)))
-            })
+        if index >= count {
+            return Err(PyValueError::new_err(format!(
+                "index: {index} of {count} environments\n  cure: give a smaller one"
+            )));
+        }
+        self.without_gil(py, |crew| {
+            crew.portion(index / AT_ONCE).with(index % AT_ONCE, work)
         })
     }
 
     /// Calls `work`; the state is gone if that panics.
-    fn with<T>(mut self, work: impl FnOnce(&mut State) -> PyResult<Fallible<T>>) -> PyResult<T> {
+    fn with<T>(
+        mut self,
+        work: impl FnOnce(&mut Crew<Portion>) -> PyResult<Fallible<T>>,
+    ) -> PyResult<T> {
         let Some(mut state) = self.0.take() else {
             return Err(PyRuntimeError::new_err(
                 "the environment is unusable after a defect of the library\n  cure: make a new \
@@ -184,6 +259,28 @@ impl Batch {
             Some((name, found, due)) => Err(PyValueError::new_err(format!(
                 "{name}: {found} values, but {due} are needed\n  cure: give {due} values"
             ))),
+        }
+    }
+}
+
+/// Writes rewards and ends, and the counts and values of the episodes that are over.
+fn write_steps(
+    steps: &[Step],
+    (rewards, ended): (&mut [f64], &mut [bool]),
+    (counts, values): (&mut [i64], &mut [f64]),
+) {
+    let rows = counts.chunks_exact_mut(2).zip(values.chunks_exact_mut(4));
+    let flags = rewards.iter_mut().zip(ended);
+    for ((step, (reward, ended)), (counts, values)) in steps.iter().zip(flags).zip(rows) {
+        *reward = step.reward;
+        *ended = step.ended.is_some();
+        if let Some(figures) = &step.ended {
+            counts.copy_from_slice(&[figures.items as i64, figures.picked as i64]);
+            let (rate, weighted) = (figures.picking_rate(), figures.weighted_rate());
+            values.copy_from_slice(&[figures.weight, figures.end, rate, weighted]);
+        } else {
+            counts.fill(0);
+            values.fill(0.0);
         }
     }
 }
@@ -221,27 +318,22 @@ impl Batch {
             conditions: conditions.of_place(place),
         };
         let courses: Vec<_> = patterns.into_iter().enumerate().map(course).collect();
-        let environments = work::parallel(py, || {
+        let portions: Vec<Portion> = work::parallel(py, || {
             reward.check()?;
             let scenes = OwnedScenes::try_new(courses, |courses| {
                 courses.par_iter().map(Course::scene).collect()
             })?;
-            OwnedEnvironments::try_new(scenes, |scenes| {
-                rl::Batch::new(scenes.borrow_dependent(), layout, reward, count, 0)
-            })
+            let scenes = Arc::new(scenes);
+            let portion = |first| {
+                let range = first..count.min(first + AT_ONCE);
+                Portion::new(Arc::clone(&scenes), layout, reward, range)
+            };
+            (0..count).step_by(AT_ONCE).map(portion).collect()
         })?;
-        let step = Step {
-            reward: 0.0,
-            ended: None,
-        };
         Ok(Self {
             layout,
             count,
-            state: Mutex::new(Some(State {
-                environments,
-                actions: vec![0; count],
-                steps: vec![step; count],
-            })),
+            state: Mutex::new(Some(Crew::new(portions, Portion::work))),
         })
     }
 
@@ -259,7 +351,7 @@ impl Batch {
 
     /// From now on, environment `index` draws its episodes from `seed`.
     fn reseed(&self, py: Python<'_>, index: usize, seed: u64) -> PyResult<()> {
-        self.hold()?.on_one(py, index, |environment| {
+        self.hold()?.on_one(py, (index, self.count), |environment| {
             environment.reseed((seed, 0));
             Ok(())
         })
@@ -288,24 +380,30 @@ impl Batch {
         if let Some(chosen) = &chosen {
             self.check(&[("reset_mask", chosen.len(), self.count)])?;
         }
-        held.on_threads(py, |state| {
-            state.environments.with_dependent_mut(|_, batch| {
-                match chosen {
-                    None => batch.reset(observations, masks),
-                    Some(chosen) => batch.reset_chosen(&chosen, observations, masks),
-                }
-                Ok(())
-            })
+        held.without_gil(py, |crew| {
+            let chosen = chosen.unwrap_or_else(|| vec![true; self.count]);
+            for (mut portion, chosen) in crew.portions().zip(chosen.chunks(AT_ONCE)) {
+                portion.task = Task::Reset(chosen.to_vec());
+            }
+            crew.work()?;
+            let rows = observations.chunks_mut(AT_ONCE * size);
+            let rows = rows.zip(masks.chunks_mut(AT_ONCE * actions));
+            for (portion, (observations, masks)) in crew.portions().zip(rows) {
+                observations.copy_from_slice(&portion.observations);
+                masks.copy_from_slice(&portion.masks);
+            }
+            Ok(())
         })
     }
 
-    /// Takes an action in every environment; where the episode is over, the next one begins.
+    /// Takes an action in every environment; where the episode is over, the next one begins. Returns
+    /// whether some episode is.
     fn step(
         &self,
         py: Python<'_>,
         actions: PyReadonlyArray1<'_, i64>,
         written: Written<'_>,
-    ) -> PyResult<()> {
+    ) -> PyResult<bool> {
         let (observations, masks, rewards, ended, counts, values) = written;
         let actions = actions.as_array();
         let held = self.hold()?;
@@ -331,35 +429,27 @@ impl Batch {
             ("counts", counts.len(), self.count * 2),
             ("values", values.len(), self.count * 4),
         ])?;
-        held.on_threads(py, |state| {
-            for (action, given) in state.actions.iter_mut().zip(actions) {
-                // Negative actions are out of range, as too large ones are.
-                *action = usize::try_from(*given).unwrap_or(usize::MAX);
+        // Negative actions are out of range, as too large ones are.
+        let index = |given: &i64| usize::try_from(*given).unwrap_or(usize::MAX);
+        let actions: Vec<usize> = actions.iter().map(index).collect();
+        held.without_gil(py, |crew| {
+            for (mut portion, actions) in crew.portions().zip(actions.chunks(AT_ONCE)) {
+                portion.choose(actions)?;
             }
-            let State {
-                environments,
-                actions,
-                steps,
-            } = state;
-            environments.with_dependent_mut(|_, batch| {
-                batch.check_actions(actions)?;
-                batch.step(actions, observations, masks, steps)
-            })?;
-            let rows = counts.chunks_exact_mut(2).zip(values.chunks_exact_mut(4));
-            let flags = rewards.iter_mut().zip(ended);
-            for ((step, (reward, ended)), (counts, values)) in steps.iter().zip(flags).zip(rows) {
-                *reward = step.reward;
-                *ended = step.ended.is_some();
-                if let Some(figures) = &step.ended {
-                    counts.copy_from_slice(&[figures.items as i64, figures.picked as i64]);
-                    let (rate, weighted) = (figures.picking_rate(), figures.weighted_rate());
-                    values.copy_from_slice(&[figures.weight, figures.end, rate, weighted]);
-                } else {
-                    counts.fill(0);
-                    values.fill(0.0);
-                }
+            crew.work()?;
+            let rows = observations.chunks_mut(AT_ONCE * size);
+            let rows = rows.zip(masks.chunks_mut(AT_ONCE * wide));
+            let flags = rewards.chunks_mut(AT_ONCE).zip(ended.chunks_mut(AT_ONCE));
+            let figures = counts.chunks_mut(AT_ONCE * 2);
+            let figures = figures.zip(values.chunks_mut(AT_ONCE * 4));
+            let all = crew.portions().zip(rows.zip(flags.zip(figures)));
+            for (mut portion, ((observations, masks), (flags, figures))) in all {
+                mem::replace(&mut portion.outcome, Ok(()))?;
+                observations.copy_from_slice(&portion.observations);
+                masks.copy_from_slice(&portion.masks);
+                write_steps(&portion.steps, flags, figures);
             }
-            Ok(())
+            Ok(ended.contains(&true))
         })
     }
 
@@ -383,7 +473,7 @@ impl Batch {
             ("mask", mask.len(), self.layout.actions()),
         ])?;
         let action = usize::try_from(action).unwrap_or(usize::MAX);
-        let step = held.on_one(py, 0, |environment| {
+        let step = held.on_one(py, (0, self.count), |environment| {
             environment.advance(action, observation, mask)
         })?;
         let figures = step.ended.map(|figures| figures_by_name(py, &figures));
@@ -406,7 +496,7 @@ impl Batch {
             ("observation", observation.len(), self.layout.observation()),
             ("mask", mask.len(), self.layout.actions()),
         ])?;
-        held.on_one(py, 0, |environment| {
+        held.on_one(py, (0, self.count), |environment| {
             environment.reset(observation, mask);
             Ok(())
         })
@@ -414,18 +504,20 @@ impl Batch {
 
     /// The index of the pattern that environment `index` picks, and the picks so far by column.
     fn picks<'py>(&self, py: Python<'py>, index: usize) -> PyResult<(usize, Bound<'py, PyDict>)> {
-        let (scene, picks) = self.hold()?.on_one(py, index, |environment| {
-            let scene = environment.scene();
-            let picks = environment.run().map(|run| run.picks().to_vec());
-            Ok((scene, picks.unwrap_or_default()))
-        })?;
+        let (scene, picks) = self
+            .hold()?
+            .on_one(py, (index, self.count), |environment| {
+                let scene = environment.scene();
+                let picks = environment.run().map(|run| run.picks().to_vec());
+                Ok((scene, picks.unwrap_or_default()))
+            })?;
         Ok((scene, pick_columns(py, &picks)?))
     }
 
     /// The index of the robot that decides in environment `index`, and when [s]; `None` if the episode
     /// is over.
     fn due(&self, py: Python<'_>, index: usize) -> PyResult<Option<(usize, f64)>> {
-        self.hold()?.on_one(py, index, |environment| {
+        self.hold()?.on_one(py, (index, self.count), |environment| {
             let due = environment.run().and_then(|run| run.next_decision());
             Ok(due.map(|snapshot| (snapshot.robot, snapshot.time)))
         })
@@ -433,8 +525,9 @@ impl Batch {
 
     /// The items in the slots of environment `index`, as indices into its pattern.
     fn items(&self, py: Python<'_>, index: usize) -> PyResult<Vec<u32>> {
-        self.hold()?
-            .on_one(py, index, |environment| Ok(environment.items()))
+        self.hold()?.on_one(py, (index, self.count), |environment| {
+            Ok(environment.items())
+        })
     }
 
     fn __reduce__(&self) -> PyResult<()> {

@@ -8,6 +8,7 @@ mod bound;
 mod check;
 mod compare;
 mod conditions;
+mod crew;
 mod curves;
 mod demonstrate;
 mod errors;

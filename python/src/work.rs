@@ -22,7 +22,7 @@ type Pool = (u32, Arc<ThreadPool>);
 static POOL: Mutex<Option<Pool>> = Mutex::new(None);
 
 /// The threads of this process. A fork does not copy threads, so a child gets its own.
-fn pool() -> Result<Arc<ThreadPool>, Error> {
+pub(crate) fn pool() -> Result<Arc<ThreadPool>, Error> {
     let mut kept = POOL.lock().unwrap_or_else(PoisonError::into_inner);
     let process = std::process::id();
     if let Some((owner, pool)) = &*kept

@@ -6,16 +6,25 @@ use crate::decision::observation::Layout;
 use crate::error::{Error, Result};
 use crate::sim::Scene;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Environments that a thread steps together; smaller portions cost more to distribute than to
 /// step.
 const AT_ONCE: usize = 16;
+
+/// An environment with its action, observation and mask.
+type Row<'r, 'a> = (
+    ((&'r mut DispatchEnvironment<'a>, &'r usize), &'r mut [f32]),
+    &'r mut [bool],
+);
 
 /// Environments 0, 1, ... under one seed. Each has its own random numbers, so that no result
 /// depends on the number of threads.
 #[derive(Debug)]
 pub struct Batch<'a> {
     layout: Layout,
+    /// The number of the first environment, for messages.
+    first: usize,
     environments: Vec<DispatchEnvironment<'a>>,
 }
 
@@ -31,8 +40,25 @@ impl<'a> Batch<'a> {
         count: usize,
         seed: u64,
     ) -> Result<Self> {
-        let streams: Vec<_> = (0..count as u64).map(|index| (seed, index)).collect();
-        Self::with_streams(scenes, layout, reward, &streams)
+        Self::part(scenes, layout, reward, 0..count, seed)
+    }
+
+    /// Environments `range` of those of [`Batch::new`]. What happens in them does not depend on how they
+    /// are divided.
+    ///
+    /// # Errors
+    /// As for [`DispatchEnvironment::new`].
+    pub fn part(
+        scenes: &'a [Scene<'a>],
+        layout: Layout,
+        reward: Reward,
+        range: Range<usize>,
+        seed: u64,
+    ) -> Result<Self> {
+        let first = range.start;
+        let streams: Vec<_> = range.map(|index| (seed, index as u64)).collect();
+        let batch = Self::with_streams(scenes, layout, reward, &streams)?;
+        Ok(Self { first, ..batch })
     }
 
     /// Like [`Batch::new`], with one environment for each seed and index in `streams`.
@@ -48,6 +74,7 @@ impl<'a> Batch<'a> {
         let make = |stream: &_| DispatchEnvironment::new(scenes, layout, reward, *stream);
         Ok(Self {
             layout,
+            first: 0,
             environments: streams.iter().map(make).collect::<Result<_>>()?,
         })
     }
@@ -106,7 +133,7 @@ impl<'a> Batch<'a> {
         for (index, (environment, action)) in self.environments.iter_mut().zip(actions).enumerate()
         {
             environment.check_action(*action).map_err(|error| {
-                let place = format!("environment {index}");
+                let place = format!("environment {}", self.first + index);
                 Error::usage(
                     place,
                     error.problem(),
@@ -137,27 +164,30 @@ impl<'a> Batch<'a> {
         assert_eq!((actions.len(), steps.len()), (count, count));
         assert_eq!(observations.len(), count * size);
         assert_eq!(masks.len(), count * wide);
-        let wrong = self
-            .environments
-            .par_iter_mut()
-            .with_min_len(AT_ONCE)
-            .zip(actions)
-            .zip(observations.par_chunks_exact_mut(size))
-            .zip(masks.par_chunks_exact_mut(wide))
-            .zip(steps)
-            .enumerate()
-            .filter_map(
-                |(place, ((((environment, action), observation), mask), step))| match environment
-                    .step(*action, observation, mask)
-                {
-                    Ok(done) => {
-                        *step = done;
-                        None
-                    }
-                    Err(error) => Some((place, error)),
-                },
-            )
-            .min_by_key(|(place, _): &(usize, Error)| *place);
+        let one = |(place, ((((environment, action), observation), mask), step)): (
+            usize,
+            (Row<'_, 'a>, &mut Step),
+        )| match environment.step(*action, observation, mask) {
+            Ok(done) => {
+                *step = done;
+                None
+            }
+            Err(error) => Some((place, error)),
+        };
+        let wrong = if count <= AT_ONCE {
+            let rows = self.environments.iter_mut().zip(actions);
+            let rows = rows.zip(observations.chunks_exact_mut(size));
+            let rows = rows.zip(masks.chunks_exact_mut(wide)).zip(steps);
+            let wrong = rows.enumerate().filter_map(one);
+            wrong.min_by_key(|(place, _)| *place)
+        } else {
+            let rows = self.environments.par_iter_mut().with_min_len(AT_ONCE);
+            let rows = rows.zip(actions);
+            let rows = rows.zip(observations.par_chunks_exact_mut(size));
+            let rows = rows.zip(masks.par_chunks_exact_mut(wide)).zip(steps);
+            let wrong = rows.enumerate().filter_map(one);
+            wrong.min_by_key(|(place, _)| *place)
+        };
         wrong.map_or(Ok(()), |(_, error)| Err(error))
     }
 }
