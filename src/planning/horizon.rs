@@ -199,7 +199,7 @@ impl Horizon {
         for (index, arm) in self.arms.iter().enumerate() {
             let windows = &mut self.windows[index];
             let begin = windows.len();
-            let takes = station.bin_for(index, seen.class).is_some();
+            let takes = station.has_bin_for(index, seen.class);
             let window = |place: usize| {
                 let window = arm.robot.departure_window(belt, place, x0, y);
                 window.filter(|&(open, close)| takes && close >= self.now && open <= until)

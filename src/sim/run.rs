@@ -342,7 +342,7 @@ impl<'a> Run<'a> {
         let it = &self.scene.pattern().items()[item as usize];
         let class = it.class_on(station);
         let reachable = |(index, robot): (usize, &Robot)| {
-            station.bin_for(index, class).is_some()
+            station.has_bin_for(index, class)
                 && robot.widest_window(station.belt(), it.x0, it.y).is_some()
         };
         if !station.robots().iter().enumerate().any(reachable) {

@@ -117,6 +117,12 @@ impl Station {
         self.sorting.bin(robot, class)
     }
 
+    /// Whether robot `robot` has a bin for items of `class`.
+    #[inline]
+    pub(crate) fn has_bin_for(&self, robot: usize, class: ClassId) -> bool {
+        self.sorting.has_bin(robot, class)
+    }
+
     /// What an item of `class` is worth more than another item, as a factor of its weight.
     pub fn value_of(&self, class: ClassId) -> f64 {
         self.sorting.value(class)

@@ -28,6 +28,8 @@ pub(super) struct Sorting {
     values: Vec<f64>,
     /// For each class, whether its items are to be picked and some robot can take them.
     taken: Vec<bool>,
+    /// Whether every robot has a bin for every class.
+    universal: bool,
 }
 
 impl Sorting {
@@ -55,7 +57,9 @@ impl Sorting {
             .map(|(class, wanted)| wanted && some_bin(class))
             .collect();
         let values = values.collect();
+        let universal = bins.iter().flatten().all(Option::is_some);
         Self {
+            universal,
             bins,
             values,
             taken,
@@ -78,6 +82,11 @@ impl Sorting {
     /// Number of names.
     pub(super) fn names(&self) -> &[String] {
         &self.names
+    }
+
+    #[inline]
+    pub(super) fn has_bin(&self, robot: usize, class: ClassId) -> bool {
+        self.universal || self.bin(robot, class).is_some()
     }
 
     #[inline]

@@ -297,7 +297,7 @@ fn encode_globals(snapshot: &Snapshot, moment: &Moment, scale: &Scale, globals: 
         let mut able = 0.0;
         let mut mine = false;
         for (index, robot) in robots.iter().enumerate() {
-            let takes = snapshot.station.bin_for(index, item.class).is_some();
+            let takes = snapshot.station.has_bin_for(index, item.class);
             let ahead = takes && ahead(robot, item);
             let one = f32::from(u8::from(ahead));
             able += one;
