@@ -1,5 +1,6 @@
 //! Environments that are stepped together.
 
+use crate::arrays::array;
 use crate::conditions::ConditionArguments;
 use crate::errors::exception;
 use crate::pattern::Pattern;
@@ -79,6 +80,9 @@ type Written<'py> = (
     Bound<'py, PyArray2<i64>>,
     Bound<'py, PyArray2<f64>>,
 );
+
+/// The least and the greatest values of observations [observation].
+type Bounds<'py> = (Bound<'py, PyArray1<f32>>, Bound<'py, PyArray1<f32>>);
 
 impl Course {
     fn scene(&self) -> Fallible<Scene<'_>> {
@@ -249,6 +253,15 @@ impl Batch {
     #[getter]
     fn observation_size(&self) -> usize {
         self.layout.observation()
+    }
+
+    /// The least and the greatest value of each feature of an observation [observation].
+    fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Bounds<'py>> {
+        let bounds = self
+            .hold()?
+            .on_one(py, 0, |environment| Ok(environment.bounds()))?;
+        let low = array(py, bounds.iter().map(|bound| bound.0));
+        Ok((low, array(py, bounds.iter().map(|bound| bound.1))))
     }
 
     /// Number of actions.

@@ -29,6 +29,7 @@ pub use feed::{Feed, FeedShape};
 pub use feeder::Feeder;
 pub use file::{Loaded, load, parse, read, to_csv};
 pub use grid::grid;
+pub(crate) use item::MOST_ITEMS;
 pub use item::{Item, Pattern};
 pub use poisson::poisson_disk;
 pub use recipe::Recipe;
