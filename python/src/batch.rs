@@ -128,7 +128,7 @@ impl Held<'_> {
         py: Python<'_>,
         work: impl FnOnce(&mut State) -> Fallible<T> + Send,
     ) -> PyResult<T> {
-        self.with(|state| work::parallel(py, || Ok(work(state))))
+        self.with(|state, whole| work::parallel(py, || Ok(guarded(whole, || work(state)))))
     }
 
     /// Calls `work` with environment `index` on this thread: handing a single step to another thread
@@ -139,7 +139,7 @@ impl Held<'_> {
         index: usize,
         work: impl FnOnce(&mut DispatchEnvironment) -> Fallible<T> + Send,
     ) -> PyResult<T> {
-        self.with(|state| {
+        self.with(|state, whole| {
             let count = state.steps.len();
             if index >= count {
                 return Err(PyValueError::new_err(format!(
@@ -148,26 +148,41 @@ impl Held<'_> {
             }
             work::quick(py, || {
                 let work = |batch: &mut rl::Batch| work(&mut batch.environments()[index]);
-                Ok(state
-                    .environments
-                    .with_dependent_mut(|_, batch| work(batch)))
+                Ok(guarded(whole, || {
+                    state
+                        .environments
+                        .with_dependent_mut(|_, batch| work(batch))
+                }))
             })
         })
     }
 
-    /// Calls `work`; the state is gone if that panics.
-    fn with<T>(mut self, work: impl FnOnce(&mut State) -> PyResult<Fallible<T>>) -> PyResult<T> {
+    /// Calls `work` with the state and whether it is whole; it is gone afterwards if it is not.
+    fn with<T>(
+        mut self,
+        work: impl FnOnce(&mut State, &mut bool) -> PyResult<Fallible<T>>,
+    ) -> PyResult<T> {
         let Some(mut state) = self.0.take() else {
             return Err(PyRuntimeError::new_err(
                 "the environment is unusable after a defect of the library\n  cure: make a new \
                  environment",
             ));
         };
-        let done = work(&mut state);
-        // No panic, so the state is whole.
-        *self.0 = Some(state);
+        let mut whole = true;
+        let done = work(&mut state, &mut whole);
+        if whole {
+            *self.0 = Some(state);
+        }
         done?.map_err(exception)
     }
+}
+
+/// What `work` returns; `whole` stays false if it panics, which leaves half-changed environments behind.
+fn guarded<T>(whole: &mut bool, work: impl FnOnce() -> T) -> T {
+    *whole = false;
+    let done = work();
+    *whole = true;
+    done
 }
 
 impl Batch {
@@ -448,6 +463,13 @@ impl Batch {
     fn items(&self, py: Python<'_>, index: usize) -> PyResult<Vec<u32>> {
         self.hold()?
             .on_one(py, index, |environment| Ok(environment.items()))
+    }
+
+    /// Panics in a step, for the test of what becomes of the environment then.
+    #[cfg(debug_assertions)]
+    fn _panic(&self, py: Python<'_>) -> PyResult<()> {
+        self.hold()?
+            .on_one(py, 0, |_| crate::defect::panic_with("in a step"))
     }
 
     fn __reduce__(&self) -> PyResult<()> {

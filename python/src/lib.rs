@@ -9,6 +9,8 @@ mod check;
 mod compare;
 mod conditions;
 mod curves;
+#[cfg(debug_assertions)]
+mod defect;
 mod demonstrate;
 mod errors;
 mod frame;
@@ -53,5 +55,7 @@ fn _pickline(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(check::check, module)?)?;
     module.add_function(wrap_pyfunction!(demonstrate::demonstrate, module)?)?;
     module.add_function(wrap_pyfunction!(tracks::import_mot, module)?)?;
+    #[cfg(debug_assertions)]
+    module.add_function(wrap_pyfunction!(defect::_panic, module)?)?;
     module.add_function(wrap_pyfunction!(program::program, module)?)
 }
