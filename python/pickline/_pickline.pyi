@@ -199,21 +199,6 @@ def simulate(
 ) -> dict[str, Any]:
     """The parts of a :class:`pickline.Simulation`."""
 
-class Run:
-    """A run, in every form in which the program prints and writes it."""
-
-    def text(self) -> str:
-        """The text that the program prints."""
-
-    def csv(self) -> str:
-        """The attempts as CSV."""
-
-    def json(self) -> str:
-        """The whole report as JSON."""
-
-    def page(self) -> str | None:
-        """The page that replays the run, if it has not more items than a page can show."""
-
 class Report:
     """What a call found, in every form in which the program prints and writes it."""
 
@@ -230,7 +215,7 @@ class Report:
         """The whole report as JSON."""
 
     def page(self) -> str | None:
-        """The page with tables and charts, if the report has one."""
+        """The page with tables and charts, or the replay of a run; None if there is none."""
 
     def tables(self) -> dict[str, dict[str, tuple[str, NDArray[Any] | list[str]]]]:
         """The columns of every CSV file of the report: by the file's name and the field, the name in the

@@ -14,6 +14,7 @@ from pickline._pickline import Station
 from pickline._progress import Progress, watcher
 from pickline._strategies import Strategies, as_strategies
 from pickline.columns import Columns
+from pickline.purity import Purities
 from pickline.result import Result, call_text, partial
 from pickline.simulation import as_station, conditions
 
@@ -132,8 +133,8 @@ class Runs(Columns):
 
 
 @dataclass(frozen=True, eq=False)
-class CasePurities(Columns):
-    """Purity and recovery of the bins, for every method on every case."""
+class _CaseBins(Columns):
+    """What a row of purities is about."""
 
     case: Texts
     """Name of the case."""
@@ -141,24 +142,11 @@ class CasePurities(Columns):
     """Name of the method."""
     bin: Texts
     """Name of the bin, empty for all together."""
-    binned: Counts
-    """Number of items in the bin."""
-    rightly_binned: Counts
-    """Number of those that belong there."""
-    due: Counts
-    """Number of items that belong into the bin."""
-    purity: Numbers
-    """Share of what is binned that belongs there, 0 to 1."""
-    purity_low: Numbers
-    """Lower end of its 95 % interval."""
-    purity_high: Numbers
-    """Upper end of its 95 % interval."""
-    recovery: Numbers
-    """Share of what is due that is binned rightly, 0 to 1."""
-    recovery_low: Numbers
-    """Lower end of its 95 % interval."""
-    recovery_high: Numbers
-    """Upper end of its 95 % interval."""
+
+
+@dataclass(frozen=True, eq=False)
+class CasePurities(Purities, _CaseBins):
+    """Purity and recovery of the bins, for every method on every case."""
 
 
 @dataclass(frozen=True, eq=False)

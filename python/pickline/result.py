@@ -39,7 +39,7 @@ class KeptReport:
         return self._json
 
     def page(self) -> str | None:
-        """The page with tables and charts, if the report has one."""
+        """The page with tables and charts, or the replay of a run; None if there is none."""
         return self._page
 
     def tables(self) -> dict[str, dict[str, tuple[str, Any]]]:

@@ -91,7 +91,7 @@ class Simulation:
     """The picking rate that no strategy can exceed [1/min], if asked for and found."""
     notes: list[str]
     """Remarks on the settings."""
-    report: _pickline.Run | KeptReport
+    report: _pickline.Report | KeptReport
     """The run, from which every other form is made."""
 
     def to_csv(self) -> str:

@@ -14,6 +14,7 @@ from pickline._pickline import Station
 from pickline._progress import Progress, watcher
 from pickline._strategies import Strategies, as_strategies
 from pickline.columns import Columns, texts
+from pickline.purity import Purities
 from pickline.result import Result, call_text, partial
 from pickline.simulation import as_station, conditions
 
@@ -81,8 +82,8 @@ class Points(Columns):
 
 
 @dataclass(frozen=True, eq=False)
-class SweptPurities(Columns):
-    """Purity and recovery of the bins, for every method at every value."""
+class _SweptBins(Columns):
+    """What a row of purities is about."""
 
     value: Numbers
     """The varied quantity, in its unit."""
@@ -90,29 +91,16 @@ class SweptPurities(Columns):
     """Name of the method."""
     bin: Texts
     """Name of the bin, empty for all together."""
-    binned: Counts
-    """Number of items in the bin."""
-    rightly_binned: Counts
-    """Number of those that belong there."""
-    due: Counts
-    """Number of items that belong into the bin."""
-    purity: Numbers
-    """Share of what is binned that belongs there, 0 to 1."""
-    purity_low: Numbers
-    """Lower end of its 95 % interval."""
-    purity_high: Numbers
-    """Upper end of its 95 % interval."""
-    recovery: Numbers
-    """Share of what is due that is binned rightly, 0 to 1."""
-    recovery_low: Numbers
-    """Lower end of its 95 % interval."""
-    recovery_high: Numbers
-    """Upper end of its 95 % interval."""
 
 
 @dataclass(frozen=True, eq=False)
-class Thresholds(Columns):
-    """The threshold of detections chosen for every method, and what it gives."""
+class SweptPurities(Purities, _SweptBins):
+    """Purity and recovery of the bins, for every method at every value."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Choices(Columns):
+    """What was chosen for a method, and on which patterns a row is."""
 
     method: Texts
     """Name of the method."""
@@ -122,24 +110,11 @@ class Thresholds(Columns):
     """The threshold; NaN if none gives that purity."""
     patterns: Texts
     """``training`` for the patterns that it was chosen on, ``fresh`` for others."""
-    binned: Counts
-    """Number of items in bins."""
-    rightly_binned: Counts
-    """Number of those that belong there."""
-    due: Counts
-    """Number of items that belong into bins."""
-    purity: Numbers
-    """Share of what is binned that belongs there, 0 to 1."""
-    purity_low: Numbers
-    """Lower end of its 95 % interval."""
-    purity_high: Numbers
-    """Upper end of its 95 % interval."""
-    recovery: Numbers
-    """Share of what is due that is binned rightly, 0 to 1."""
-    recovery_low: Numbers
-    """Lower end of its 95 % interval."""
-    recovery_high: Numbers
-    """Upper end of its 95 % interval."""
+
+
+@dataclass(frozen=True, eq=False)
+class Thresholds(Purities, _Choices):
+    """The threshold of detections chosen for every method, and what it gives."""
 
 
 @dataclass(frozen=True, eq=False)

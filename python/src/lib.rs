@@ -45,7 +45,6 @@ fn _pickline(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(pattern::trials, module)?)?;
     module.add_function(wrap_pyfunction!(curves::learning_curves, module)?)?;
     module.add_class::<report::Report>()?;
-    module.add_class::<run::Run>()?;
     module.add_function(wrap_pyfunction!(simulate::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(arrow::arrow_stream, module)?)?;
     module.add_function(wrap_pyfunction!(compare::compare, module)?)?;
