@@ -253,8 +253,8 @@ def sweep(
 
     Args:
         station: A station, the name of a built-in one, or a station file. A sweep of robots makes it
-            again from that name or file. Unlike the program, a strategy that the file names is not
-            added.
+            again from that name, or from the text that the file had. Unlike the program, a strategy that
+            the file names is not added.
         sweep: The quantity: ``"speed"`` of the belt, number of ``"robots"``, ``"spacing"``, ``"reach"``,
             or ``"min-detection"``, the threshold of detections.
         strategy: Further strategies, each as after ``--strategy`` of the program, or a callable; see
