@@ -156,6 +156,10 @@ def patterns(
     *,
     items: int = 50,
     flow: float | None = None,
+    cluster_size: float | None = None,
+    cluster_spread: float | None = None,
+    gap_length: float | None = None,
+    gap_share: float | None = None,
     classes: str | None = None,
     seed: int = 1,
 ) -> list[Pattern]:
@@ -166,6 +170,10 @@ def patterns(
         station: The station for whose belt they are.
         items: Items per pattern.
         flow: Items per minute of a feed that does not say so [1/min].
+        cluster_size: Mean number of items in a cluster of the feed ``clustered``; 5 if not given.
+        cluster_spread: Standard deviation of their offset from its centre [m]; 0.1 if not given.
+        gap_length: Mean length of an empty stretch of belt of the feed ``gaps`` [m]; 1 if not given.
+        gap_share: Share of the belt in empty stretches; 0.3 if not given.
         classes: Classes and their shares, such as ``"pet:0.6,wood:0.4"``.
         seed: Seed of everything random.
     """
@@ -241,7 +249,7 @@ def demonstrate(
 
 def compare(
     station: Station,
-    cases: str,
+    cases: str | list[tuple[str, list[Pattern]]],
     *,
     strategy: list[Any],
     replicates: int,
@@ -269,9 +277,9 @@ def sweep(
     sweep: str,
     *,
     strategy: list[Any],
-    patterns: str,
+    patterns: str | list[Pattern],
     items: int | None,
-    flow: float | None,
+    feed: dict[str, float | None],
     from_: float | None,
     to: float | None,
     step: float | None,
@@ -292,13 +300,35 @@ def sweep(
 ) -> Report:
     """The report of a :class:`pickline.Sweep`; ``call`` is how it says who made it."""
 
+def robots_down(
+    station: Station,
+    *,
+    strategy: list[Any],
+    patterns: str | list[Pattern],
+    items: int | None,
+    feed: dict[str, float | None],
+    robust: str | None,
+    train_patterns: str | None,
+    train_items: int | None,
+    greedy: bool,
+    area: str | None,
+    p_detection: str | None,
+    p_grasp: str | None,
+    classes: str | None,
+    seed: int,
+    conditions: dict[str, Any],
+    progress: Callable[[int, int, str], object] | None,
+    call: str,
+) -> Report:
+    """The report of a :class:`pickline.RobotsDown`; ``call`` is how it says who made it."""
+
 def optimize(
     station: Station,
     *,
     strategy: list[Any],
-    patterns: str,
+    patterns: str | list[Pattern],
     items: int | None,
-    flow: float | None,
+    feed: dict[str, float | None],
     objective: str,
     risk: str,
     search: str,

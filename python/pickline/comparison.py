@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickline import _pickline
+from pickline._patterns import Cases, as_cases
 from pickline._pickline import Station
 from pickline._progress import Progress, watcher
 from pickline._strategies import Strategies, as_strategies
@@ -224,7 +225,7 @@ class Comparison(Result):
 
 def compare(
     station: Station | str | os.PathLike[str] = "paper",
-    cases: str | os.PathLike[str] = "paper",
+    cases: Cases = "paper",
     *,
     strategy: Strategies = (),
     replicates: int = 100,
@@ -253,7 +254,8 @@ def compare(
     Args:
         station: A station, the name of a built-in one, or a station file. Unlike the program, a strategy
             that the file names is not added.
-        cases: ``"paper"``, ``"dense"``, ``"all"``, or a TOML file (``pickline help compare``).
+        cases: ``"paper"``, ``"dense"``, ``"all"``, or a TOML file (``pickline help compare``); or a
+            pattern or several, which are one case; or a dictionary of cases by their names.
         strategy: Further strategies, each as after ``--strategy`` of the program, or a callable; see
             :mod:`pickline.strategy`. Callables are called from several threads.
         replicates: Number of patterns of each random case; if something can go wrong, of runs of each
@@ -286,7 +288,7 @@ def compare(
     with watcher(progress) as watch:
         report = _pickline.compare(
             as_station(station),
-            os.fspath(cases),
+            as_cases(cases),
             strategy=as_strategies(strategy),
             replicates=replicates,
             reference=reference,

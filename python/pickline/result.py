@@ -118,6 +118,8 @@ def call_text(function: Callable[..., Any], given: dict[str, Any]) -> str:
 def _shown(value: Any) -> str:
     """A value in a call; a callable by its name, because its address changes from run to run."""
     if isinstance(value, list | tuple):
+        if value and all(isinstance(entry, _pickline.Pattern) for entry in value):
+            return f"<{len(value)} patterns>"
         return f"[{', '.join(map(_shown, value))}]"
     if callable(value):
         return getattr(value, "__name__", type(value).__name__)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickline import _pickline
+from pickline._patterns import Patterns, as_given
 from pickline._pickline import Station
 from pickline._progress import Progress, watcher
 from pickline._strategies import Strategies, as_strategies
@@ -227,9 +228,13 @@ def sweep(
     sweep: str = "speed",
     *,
     strategy: Strategies = (),
-    patterns: str | os.PathLike[str] = "grid:0.15",
+    patterns: Patterns = "grid:0.15",
     items: int | None = None,
     flow: float | None = None,
+    cluster_size: float | None = None,
+    cluster_spread: float | None = None,
+    gap_length: float | None = None,
+    gap_share: float | None = None,
     from_: float | None = None,
     to: float | None = None,
     step: float | None = None,
@@ -256,12 +261,13 @@ def sweep(
             again from that name, or from the text that the file had. Unlike the program, a strategy that
             the file names is not added.
         sweep: The quantity: ``"speed"`` of the belt, number of ``"robots"``, ``"spacing"``, ``"reach"``,
-            or ``"min-detection"``, the threshold of detections.
+            or ``"min-detection"``, the threshold of detections. :func:`pickline.robots_down` halts robots.
         strategy: Further strategies, each as after ``--strategy`` of the program, or a callable; see
             :mod:`pickline.strategy`. Callables are called from several threads.
-        patterns: Source of the patterns, as for :func:`pickline.patterns`.
+        patterns: Source of the patterns, as for :func:`pickline.patterns`; or a pattern, or several.
         items: Items in each generated pattern; as many as needed if not given.
         flow: Items per minute of a feed that does not say so [1/min].
+        cluster_size: Shape of a feed, as are the three after it; see :func:`pickline.patterns`.
         from_: First value, in the unit of the quantity.
         to: Last value.
         step: Step between values; a round one that gives up to 30 values if not given.
@@ -285,15 +291,26 @@ def sweep(
         pickline.Interrupted: Ctrl-C; ``partial`` has the values that were completed.
         KeyboardInterrupt: Ctrl-C before the first value was complete.
     """
+    if sweep == "robots-down":
+        raise ValueError(
+            "sweep: 'robots-down' has no values, but robots\n  cure: call pickline.robots_down"
+        )
     call = call_text(_sweep, locals())
+    feed = dict(
+        flow=flow,
+        cluster_size=cluster_size,
+        cluster_spread=cluster_spread,
+        gap_length=gap_length,
+        gap_share=gap_share,
+    )
     with watcher(progress) as watch:
         report = _pickline.sweep(
             as_station(station),
             sweep,
             strategy=as_strategies(strategy),
-            patterns=os.fspath(patterns),
+            patterns=as_given(patterns),
             items=items,
-            flow=flow,
+            feed=feed,
             from_=from_,
             to=to,
             step=step,

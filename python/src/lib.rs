@@ -19,6 +19,7 @@ mod pattern;
 mod program;
 mod progress;
 mod report;
+mod robots_down;
 mod run;
 mod scalars;
 mod scored;
@@ -49,6 +50,7 @@ fn _pickline(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(arrow::arrow_stream, module)?)?;
     module.add_function(wrap_pyfunction!(compare::compare, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::sweep, module)?)?;
+    module.add_function(wrap_pyfunction!(robots_down::robots_down, module)?)?;
     module.add_function(wrap_pyfunction!(optimize::optimize, module)?)?;
     module.add_function(wrap_pyfunction!(bound::bound, module)?)?;
     module.add_function(wrap_pyfunction!(check::check, module)?)?;

@@ -31,6 +31,7 @@ RESULTS = {
     "simulate": lambda _: pickline.simulate("paper", GRID, bound=True, grasp_success=0.7),
     "compare": lambda _: pickline.compare(replicates=2, robust="SPT,FIFO", bound=False),
     "sweep": lambda _: pickline.sweep(robust="SPT,FIFO", from_=0.03, to=0.05, step=0.01),
+    "robots_down": lambda _: pickline.robots_down(items=30, robust="SPT,FIFO"),
     "optimize": lambda _: pickline.optimize(patterns="grid:0.2", items=20, validate=2, bound=False),
     "bound": lambda _: pickline.bound("paper", GRID, objective="weight"),
     "check": checked,
