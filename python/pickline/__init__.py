@@ -37,6 +37,7 @@ from pickline.comparison import (
     compare,
 )
 from pickline.environment import SortingEnv
+from pickline.halted import HaltedPoints, RobotsDown, robots_down
 from pickline.offline import to_minari
 from pickline.optimum import Optimum, Ranking, ScoredStrategies, optimize
 from pickline.recordings import Import, import_mot
@@ -63,6 +64,7 @@ __all__ = [
     "CasePurities",
     "Columns",
     "Comparison",
+    "HaltedPoints",
     "Import",
     "Interrupted",
     "Limits",
@@ -75,6 +77,7 @@ __all__ = [
     "Prices",
     "Ranking",
     "Result",
+    "RobotsDown",
     "Runs",
     "ScoredStrategies",
     "Simulation",
@@ -98,6 +101,7 @@ __all__ = [
     "learning_curves",
     "optimize",
     "patterns",
+    "robots_down",
     "simulate",
     "sweep",
     "to_minari",

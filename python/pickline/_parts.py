@@ -98,7 +98,8 @@ def make_batch(
 
 def observation_space(batch: _pickline.Batch) -> Any:
     """The space of one observation."""
-    return spaces.Box(-np.inf, np.inf, (batch.observation_size,), np.float32)
+    low, high = batch.bounds()
+    return spaces.Box(low, high, dtype=np.float32)
 
 
 def rust_seed(seed: int) -> int:

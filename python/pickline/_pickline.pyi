@@ -156,6 +156,10 @@ def patterns(
     *,
     items: int = 50,
     flow: float | None = None,
+    cluster_size: float | None = None,
+    cluster_spread: float | None = None,
+    gap_length: float | None = None,
+    gap_share: float | None = None,
     classes: str | None = None,
     seed: int = 1,
 ) -> list[Pattern]:
@@ -166,6 +170,10 @@ def patterns(
         station: The station for whose belt they are.
         items: Items per pattern.
         flow: Items per minute of a feed that does not say so [1/min].
+        cluster_size: Mean number of items in a cluster of the feed ``clustered``; 5 if not given.
+        cluster_spread: Standard deviation of their offset from its centre [m]; 0.1 if not given.
+        gap_length: Mean length of an empty stretch of belt of the feed ``gaps`` [m]; 1 if not given.
+        gap_share: Share of the belt in empty stretches; 0.3 if not given.
         classes: Classes and their shares, such as ``"pet:0.6,wood:0.4"``.
         seed: Seed of everything random.
     """
@@ -199,21 +207,6 @@ def simulate(
 ) -> dict[str, Any]:
     """The parts of a :class:`pickline.Simulation`."""
 
-class Run:
-    """A run, in every form in which the program prints and writes it."""
-
-    def text(self) -> str:
-        """The text that the program prints."""
-
-    def csv(self) -> str:
-        """The attempts as CSV."""
-
-    def json(self) -> str:
-        """The whole report as JSON."""
-
-    def page(self) -> str | None:
-        """The page that replays the run, if it has not more items than a page can show."""
-
 class Report:
     """What a call found, in every form in which the program prints and writes it."""
 
@@ -230,7 +223,7 @@ class Report:
         """The whole report as JSON."""
 
     def page(self) -> str | None:
-        """The page with tables and charts, if the report has one."""
+        """The page with tables and charts, or the replay of a run; None if there is none."""
 
     def tables(self) -> dict[str, dict[str, tuple[str, NDArray[Any] | list[str]]]]:
         """The columns of every CSV file of the report: by the file's name and the field, the name in the
@@ -256,7 +249,7 @@ def demonstrate(
 
 def compare(
     station: Station,
-    cases: str,
+    cases: str | list[tuple[str, list[Pattern]]],
     *,
     strategy: list[Any],
     replicates: int,
@@ -284,9 +277,9 @@ def sweep(
     sweep: str,
     *,
     strategy: list[Any],
-    patterns: str,
+    patterns: str | list[Pattern],
     items: int | None,
-    flow: float | None,
+    feed: dict[str, float | None],
     from_: float | None,
     to: float | None,
     step: float | None,
@@ -307,13 +300,35 @@ def sweep(
 ) -> Report:
     """The report of a :class:`pickline.Sweep`; ``call`` is how it says who made it."""
 
+def robots_down(
+    station: Station,
+    *,
+    strategy: list[Any],
+    patterns: str | list[Pattern],
+    items: int | None,
+    feed: dict[str, float | None],
+    robust: str | None,
+    train_patterns: str | None,
+    train_items: int | None,
+    greedy: bool,
+    area: str | None,
+    p_detection: str | None,
+    p_grasp: str | None,
+    classes: str | None,
+    seed: int,
+    conditions: dict[str, Any],
+    progress: Callable[[int, int, str], object] | None,
+    call: str,
+) -> Report:
+    """The report of a :class:`pickline.RobotsDown`; ``call`` is how it says who made it."""
+
 def optimize(
     station: Station,
     *,
     strategy: list[Any],
-    patterns: str,
+    patterns: str | list[Pattern],
     items: int | None,
-    flow: float | None,
+    feed: dict[str, float | None],
     objective: str,
     risk: str,
     search: str,
@@ -403,6 +418,7 @@ class Batch:
     ) -> Self: ...
     @property
     def observation_size(self) -> int: ...
+    def bounds(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]: ...
     @property
     def actions(self) -> int: ...
     def reseed(self, index: int, seed: int) -> None: ...

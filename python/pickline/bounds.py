@@ -14,7 +14,7 @@ from pickline._pickline import Pattern, Station
 from pickline._progress import Progress, watcher
 from pickline.columns import Columns
 from pickline.result import Result, call_text
-from pickline.simulation import as_station, conditions
+from pickline.simulation import as_station, search_conditions
 
 __all__ = ["Bound", "Prices", "bound"]
 
@@ -113,7 +113,8 @@ def bound(
         iterations: Most updates of prices; the rate and the end take as many again.
         seed: Seed of what the camera reports.
         progress: True for a bar by tqdm, or a callable; see :mod:`pickline`.
-        **under: Conditions of the run; see :func:`pickline.simulate`.
+        **under: Conditions of the run; see :func:`pickline.simulate`. Neither ``misdetections`` nor
+            outages are among them.
 
     Raises:
         ValueError: A value, or a pattern that does not fit the station.
@@ -133,7 +134,7 @@ def bound(
             slot=slot,
             iterations=iterations,
             seed=seed,
-            conditions=conditions(**under),
+            conditions=search_conditions(**under),
             progress=watch,
             call=call,
         )

@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickline import _pickline
+from pickline._patterns import Cases, as_cases
 from pickline._pickline import Station
 from pickline._progress import Progress, watcher
 from pickline._strategies import Strategies, as_strategies
 from pickline.columns import Columns
+from pickline.purity import Purities
 from pickline.result import Result, call_text, partial
 from pickline.simulation import as_station, conditions
 
@@ -132,8 +134,8 @@ class Runs(Columns):
 
 
 @dataclass(frozen=True, eq=False)
-class CasePurities(Columns):
-    """Purity and recovery of the bins, for every method on every case."""
+class _CaseBins(Columns):
+    """What a row of purities is about."""
 
     case: Texts
     """Name of the case."""
@@ -141,24 +143,11 @@ class CasePurities(Columns):
     """Name of the method."""
     bin: Texts
     """Name of the bin, empty for all together."""
-    binned: Counts
-    """Number of items in the bin."""
-    rightly_binned: Counts
-    """Number of those that belong there."""
-    due: Counts
-    """Number of items that belong into the bin."""
-    purity: Numbers
-    """Share of what is binned that belongs there, 0 to 1."""
-    purity_low: Numbers
-    """Lower end of its 95 % interval."""
-    purity_high: Numbers
-    """Upper end of its 95 % interval."""
-    recovery: Numbers
-    """Share of what is due that is binned rightly, 0 to 1."""
-    recovery_low: Numbers
-    """Lower end of its 95 % interval."""
-    recovery_high: Numbers
-    """Upper end of its 95 % interval."""
+
+
+@dataclass(frozen=True, eq=False)
+class CasePurities(Purities, _CaseBins):
+    """Purity and recovery of the bins, for every method on every case."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,7 +225,7 @@ class Comparison(Result):
 
 def compare(
     station: Station | str | os.PathLike[str] = "paper",
-    cases: str | os.PathLike[str] = "paper",
+    cases: Cases = "paper",
     *,
     strategy: Strategies = (),
     replicates: int = 100,
@@ -265,7 +254,8 @@ def compare(
     Args:
         station: A station, the name of a built-in one, or a station file. Unlike the program, a strategy
             that the file names is not added.
-        cases: ``"paper"``, ``"dense"``, ``"all"``, or a TOML file (``pickline help compare``).
+        cases: ``"paper"``, ``"dense"``, ``"all"``, or a TOML file (``pickline help compare``); or a
+            pattern or several, which are one case; or a dictionary of cases by their names.
         strategy: Further strategies, each as after ``--strategy`` of the program, or a callable; see
             :mod:`pickline.strategy`. Callables are called from several threads.
         replicates: Number of patterns of each random case; if something can go wrong, of runs of each
@@ -298,7 +288,7 @@ def compare(
     with watcher(progress) as watch:
         report = _pickline.compare(
             as_station(station),
-            os.fspath(cases),
+            as_cases(cases),
             strategy=as_strategies(strategy),
             replicates=replicates,
             reference=reference,

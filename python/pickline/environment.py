@@ -49,9 +49,15 @@ class SortingEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
 
     ## Observation space
 
-    ``Box(-inf, inf, (n,), float32)``: the globals, then the slots, each with the same features. Empty
+    ``Box(low, high, (n,), float32)``: the globals, then the slots, each with the same features. Empty
     slots are zero. All features are scaled to the order of 1; the tables are in
     ``src/decision/observation/`` of the repository.
+
+    The bounds are finite and hold on every pattern. They follow from the station, and from ``camera_x``,
+    so that environments of one station have the same space, whatever their patterns are. The bound of a
+    reward is the highest value of a class, at least 1, or the highest ``weight`` in ``patterns`` if that
+    is more: the model has no smaller one. That of a number of items is the number that the largest
+    pattern can have.
 
     =============== ======= ================= ==========================================
     ``observation`` globals features per slot what it is

@@ -14,7 +14,7 @@ import numpy as np
 from gymnasium import spaces
 
 from pickline import _pickline
-from pickline._parts import PAPER_REWARD, as_patterns, as_slots
+from pickline._parts import PAPER_REWARD, as_patterns, as_slots, observation_space
 from pickline._pickline import Pattern, Station
 from pickline._progress import Progress, watcher
 from pickline._registration import ENVIRONMENT_ID
@@ -93,7 +93,7 @@ def to_minari(
         name, episodes = _pickline.demonstrate(
             line, drawn, strategy, conditions(**under), observation, slots, wait, reward, seed, watch
         )
-    size, actions = episodes[0]["observations"].shape[1], episodes[0]["masks"].shape[1]
+    batch = _pickline.Batch(line, drawn, conditions(**under), observation, slots, wait, reward, 1)
     left_out = sum(episode["left_out"] for episode in episodes)
     decisions = left_out + sum(len(episode["actions"]) for episode in episodes)
     if description is None:
@@ -107,8 +107,8 @@ def to_minari(
             dataset_id,
             [_buffer(minari, episode) for episode in episodes],
             **_environment(station, patterns, given),
-            action_space=spaces.Discrete(actions),
-            observation_space=spaces.Box(-np.inf, np.inf, (size,), np.float32),
+            action_space=spaces.Discrete(batch.actions),
+            observation_space=observation_space(batch),
             algorithm_name=name,
             description=description,
             requirements=[f"pickline=={_pickline.__version__}"],

@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickline import _pickline
+from pickline._patterns import Patterns, as_given
 from pickline._pickline import Station
 from pickline._progress import Progress, watcher
 from pickline._strategies import Strategies, as_strategies
 from pickline.columns import Columns
 from pickline.result import Result, call_text, partial
-from pickline.simulation import as_station, conditions
+from pickline.simulation import as_station, search_conditions
 
 __all__ = ["Optimum", "Ranking", "ScoredStrategies", "optimize"]
 
@@ -126,11 +127,15 @@ class Optimum(Result):
 
 def optimize(
     station: Station | str | os.PathLike[str] = "paper",
-    patterns: str | os.PathLike[str] = "balanced:120",
+    patterns: Patterns = "balanced:120",
     *,
     strategy: Strategies = (),
     items: int | None = None,
     flow: float | None = None,
+    cluster_size: float | None = None,
+    cluster_spread: float | None = None,
+    gap_length: float | None = None,
+    gap_share: float | None = None,
     objective: str = "picking-rate",
     risk: str = "mean",
     search: str = "auto",
@@ -155,12 +160,14 @@ def optimize(
 
     Args:
         station: A station, the name of a built-in one, or a station file.
-        patterns: Source of the patterns, as for :func:`pickline.patterns`.
+        patterns: Source of the patterns, as for :func:`pickline.patterns`; or a pattern, or several. Of
+            patterns that are given there are no fresh ones to score the winner on.
         strategy: Further strategies to score beside the winner, each as after ``--strategy`` of the
             program, or a callable; see :mod:`pickline.strategy`. Callables are called from several
             threads.
         items: Items in each generated pattern; 150 if not given.
         flow: Items per minute of a feed that does not say so [1/min].
+        cluster_size: Shape of a feed, as are the three after it; see :func:`pickline.patterns`.
         objective: What to maximise: ``"picking-rate"`` [1/min], ``"picked-share"``, ``"weighted-rate"``
             [1/min] or ``"max-speed"`` [m/s].
         risk: How the patterns are combined: ``"mean"``, ``"worst"``, or ``"cvar:A"``, the mean of the
@@ -179,7 +186,8 @@ def optimize(
         classes: Their classes and shares, such as ``"pet:0.6,wood:0.4"``.
         seed: Seed of everything random.
         progress: True for a bar by tqdm, or a callable; see :mod:`pickline`.
-        **under: Conditions of every run; see :func:`pickline.simulate`.
+        **under: Conditions of every run; see :func:`pickline.simulate`. Neither ``misdetections`` nor
+            outages are among them.
 
     Raises:
         ValueError: A value, a strategy or patterns that do not fit the station.
@@ -188,13 +196,20 @@ def optimize(
         KeyboardInterrupt: Ctrl-C before there was a result.
     """
     call = call_text(optimize, locals())
+    feed = dict(
+        flow=flow,
+        cluster_size=cluster_size,
+        cluster_spread=cluster_spread,
+        gap_length=gap_length,
+        gap_share=gap_share,
+    )
     with watcher(progress) as watch:
         report = _pickline.optimize(
             as_station(station),
             strategy=as_strategies(strategy),
-            patterns=os.fspath(patterns),
+            patterns=as_given(patterns),
             items=items,
-            flow=flow,
+            feed=feed,
             objective=objective,
             risk=risk,
             search=search,
@@ -210,7 +225,7 @@ def optimize(
             p_grasp=p_grasp,
             classes=classes,
             seed=seed,
-            conditions=conditions(**under),
+            conditions=search_conditions(**under),
             progress=watch,
             call=call,
         )

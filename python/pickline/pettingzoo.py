@@ -44,10 +44,10 @@ class SortingAECEnv(AECEnv):
         self.render_mode = None
         self.possible_agents = self._line.station.robots
         self.agents: list[str] = []
-        size, actions = self._line.observation_space.shape, len(self._line.action_masks())
+        actions = len(self._line.action_masks())
         space = spaces.Dict(
             {
-                "observation": spaces.Box(-np.inf, np.inf, size, np.float32),
+                "observation": self._line.observation_space,
                 "action_mask": spaces.Box(0, 1, (actions,), np.int8),
             }
         )

@@ -39,7 +39,7 @@ class KeptReport:
         return self._json
 
     def page(self) -> str | None:
-        """The page with tables and charts, if the report has one."""
+        """The page with tables and charts, or the replay of a run; None if there is none."""
         return self._page
 
     def tables(self) -> dict[str, dict[str, tuple[str, Any]]]:
@@ -118,6 +118,8 @@ def call_text(function: Callable[..., Any], given: dict[str, Any]) -> str:
 def _shown(value: Any) -> str:
     """A value in a call; a callable by its name, because its address changes from run to run."""
     if isinstance(value, list | tuple):
+        if value and all(isinstance(entry, _pickline.Pattern) for entry in value):
+            return f"<{len(value)} patterns>"
         return f"[{', '.join(map(_shown, value))}]"
     if callable(value):
         return getattr(value, "__name__", type(value).__name__)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -91,7 +92,7 @@ class Simulation:
     """The picking rate that no strategy can exceed [1/min], if asked for and found."""
     notes: list[str]
     """Remarks on the settings."""
-    report: _pickline.Run | KeptReport
+    report: _pickline.Report | KeptReport
     """The run, from which every other form is made."""
 
     def to_csv(self) -> str:
@@ -123,6 +124,8 @@ def conditions(
     grasp_success: float | None = None,
     position_noise: float = 0.0,
     misdetections: bool = False,
+    outage: str | Iterable[str] = (),
+    outages: str | Iterable[float] | None = None,
 ) -> dict[str, Any]:
     """The conditions of runs with all their values; a misspelled one is a ``TypeError``."""
     return dict(
@@ -132,6 +135,26 @@ def conditions(
         grasp_success=grasp_success,
         position_noise=position_noise,
         misdetections=misdetections,
+        outage=[outage] if isinstance(outage, str) else list(outage),
+        outages=outages if outages is None or isinstance(outages, str) else tuple(outages),
+    )
+
+
+def search_conditions(
+    *,
+    update_hz: float = 0.0,
+    camera_x: float | None = None,
+    min_detection: float = 0.0,
+    grasp_success: float | None = None,
+    position_noise: float = 0.0,
+) -> dict[str, Any]:
+    """The conditions of searches and bounds, which know neither outages nor what detections truly are."""
+    return conditions(
+        update_hz=update_hz,
+        camera_x=camera_x,
+        min_detection=min_detection,
+        grasp_success=grasp_success,
+        position_noise=position_noise,
     )
 
 
@@ -171,6 +194,10 @@ def simulate(
             * ``grasp_success``: grasps may fail; probability of success for items without ``p_grasp``
             * ``position_noise``: standard deviation of reported positions [m]
             * ``misdetections``: whether detections may be wrong
+            * ``outage``: times in which a robot makes no decision, each as after ``--outage`` of the
+              program: ``"r2:30..60"`` for robot r2, or the second one, from 30 s to 60 s
+            * ``outages``: all robots fail at random: the mean time between failures and the mean time to
+              repair [s], such as ``(300, 20)``
 
     Raises:
         ValueError: A value, a strategy or a pattern that does not fit the station, or an action of a

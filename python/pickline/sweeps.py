@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickline import _pickline
+from pickline._patterns import Patterns, as_given
 from pickline._pickline import Station
 from pickline._progress import Progress, watcher
 from pickline._strategies import Strategies, as_strategies
 from pickline.columns import Columns, texts
+from pickline.purity import Purities
 from pickline.result import Result, call_text, partial
 from pickline.simulation import as_station, conditions
 
@@ -81,8 +83,8 @@ class Points(Columns):
 
 
 @dataclass(frozen=True, eq=False)
-class SweptPurities(Columns):
-    """Purity and recovery of the bins, for every method at every value."""
+class _SweptBins(Columns):
+    """What a row of purities is about."""
 
     value: Numbers
     """The varied quantity, in its unit."""
@@ -90,29 +92,16 @@ class SweptPurities(Columns):
     """Name of the method."""
     bin: Texts
     """Name of the bin, empty for all together."""
-    binned: Counts
-    """Number of items in the bin."""
-    rightly_binned: Counts
-    """Number of those that belong there."""
-    due: Counts
-    """Number of items that belong into the bin."""
-    purity: Numbers
-    """Share of what is binned that belongs there, 0 to 1."""
-    purity_low: Numbers
-    """Lower end of its 95 % interval."""
-    purity_high: Numbers
-    """Upper end of its 95 % interval."""
-    recovery: Numbers
-    """Share of what is due that is binned rightly, 0 to 1."""
-    recovery_low: Numbers
-    """Lower end of its 95 % interval."""
-    recovery_high: Numbers
-    """Upper end of its 95 % interval."""
 
 
 @dataclass(frozen=True, eq=False)
-class Thresholds(Columns):
-    """The threshold of detections chosen for every method, and what it gives."""
+class SweptPurities(Purities, _SweptBins):
+    """Purity and recovery of the bins, for every method at every value."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Choices(Columns):
+    """What was chosen for a method, and on which patterns a row is."""
 
     method: Texts
     """Name of the method."""
@@ -122,24 +111,11 @@ class Thresholds(Columns):
     """The threshold; NaN if none gives that purity."""
     patterns: Texts
     """``training`` for the patterns that it was chosen on, ``fresh`` for others."""
-    binned: Counts
-    """Number of items in bins."""
-    rightly_binned: Counts
-    """Number of those that belong there."""
-    due: Counts
-    """Number of items that belong into bins."""
-    purity: Numbers
-    """Share of what is binned that belongs there, 0 to 1."""
-    purity_low: Numbers
-    """Lower end of its 95 % interval."""
-    purity_high: Numbers
-    """Upper end of its 95 % interval."""
-    recovery: Numbers
-    """Share of what is due that is binned rightly, 0 to 1."""
-    recovery_low: Numbers
-    """Lower end of its 95 % interval."""
-    recovery_high: Numbers
-    """Upper end of its 95 % interval."""
+
+
+@dataclass(frozen=True, eq=False)
+class Thresholds(Purities, _Choices):
+    """The threshold of detections chosen for every method, and what it gives."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,9 +228,13 @@ def sweep(
     sweep: str = "speed",
     *,
     strategy: Strategies = (),
-    patterns: str | os.PathLike[str] = "grid:0.15",
+    patterns: Patterns = "grid:0.15",
     items: int | None = None,
     flow: float | None = None,
+    cluster_size: float | None = None,
+    cluster_spread: float | None = None,
+    gap_length: float | None = None,
+    gap_share: float | None = None,
     from_: float | None = None,
     to: float | None = None,
     step: float | None = None,
@@ -278,15 +258,16 @@ def sweep(
 
     Args:
         station: A station, the name of a built-in one, or a station file. A sweep of robots makes it
-            again from that name or file. Unlike the program, a strategy that the file names is not
-            added.
+            again from that name, or from the text that the file had. Unlike the program, a strategy that
+            the file names is not added.
         sweep: The quantity: ``"speed"`` of the belt, number of ``"robots"``, ``"spacing"``, ``"reach"``,
-            or ``"min-detection"``, the threshold of detections.
+            or ``"min-detection"``, the threshold of detections. :func:`pickline.robots_down` halts robots.
         strategy: Further strategies, each as after ``--strategy`` of the program, or a callable; see
             :mod:`pickline.strategy`. Callables are called from several threads.
-        patterns: Source of the patterns, as for :func:`pickline.patterns`.
+        patterns: Source of the patterns, as for :func:`pickline.patterns`; or a pattern, or several.
         items: Items in each generated pattern; as many as needed if not given.
         flow: Items per minute of a feed that does not say so [1/min].
+        cluster_size: Shape of a feed, as are the three after it; see :func:`pickline.patterns`.
         from_: First value, in the unit of the quantity.
         to: Last value.
         step: Step between values; a round one that gives up to 30 values if not given.
@@ -310,15 +291,26 @@ def sweep(
         pickline.Interrupted: Ctrl-C; ``partial`` has the values that were completed.
         KeyboardInterrupt: Ctrl-C before the first value was complete.
     """
+    if sweep == "robots-down":
+        raise ValueError(
+            "sweep: 'robots-down' has no values, but robots\n  cure: call pickline.robots_down"
+        )
     call = call_text(_sweep, locals())
+    feed = dict(
+        flow=flow,
+        cluster_size=cluster_size,
+        cluster_spread=cluster_spread,
+        gap_length=gap_length,
+        gap_share=gap_share,
+    )
     with watcher(progress) as watch:
         report = _pickline.sweep(
             as_station(station),
             sweep,
             strategy=as_strategies(strategy),
-            patterns=os.fspath(patterns),
+            patterns=as_given(patterns),
             items=items,
-            flow=flow,
+            feed=feed,
             from_=from_,
             to=to,
             step=step,

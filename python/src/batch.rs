@@ -1,5 +1,6 @@
 //! Environments that are stepped together.
 
+use crate::arrays::array;
 use crate::conditions::ConditionArguments;
 use crate::crew::Crew;
 use crate::errors::exception;
@@ -97,6 +98,9 @@ type Written<'py> = (
     Bound<'py, PyArray2<i64>>,
     Bound<'py, PyArray2<f64>>,
 );
+
+/// The least and the greatest values of observations [observation].
+type Bounds<'py> = (Bound<'py, PyArray1<f32>>, Bound<'py, PyArray1<f32>>);
 
 impl Course {
     fn scene(&self) -> Fallible<Scene<'_>> {
@@ -203,7 +207,7 @@ impl Held<'_> {
         py: Python<'_>,
         work: impl FnOnce(&mut Crew<Portion>) -> Fallible<T> + Send,
     ) -> PyResult<T> {
-        self.with(|crew| work::quick(py, || Ok(work(crew))))
+        self.with(|crew, whole| work::quick(py, || Ok(guarded(whole, || work(crew)))))
     }
 
     /// Calls `work` with environment `index`, one of `count`.
@@ -223,10 +227,10 @@ impl Held<'_> {
         })
     }
 
-    /// Calls `work`; the state is gone if that panics.
+    /// Calls `work` with the state and whether it is whole; it is gone afterwards if it is not.
     fn with<T>(
         mut self,
-        work: impl FnOnce(&mut Crew<Portion>) -> PyResult<Fallible<T>>,
+        work: impl FnOnce(&mut Crew<Portion>, &mut bool) -> PyResult<Fallible<T>>,
     ) -> PyResult<T> {
         let Some(mut state) = self.0.take() else {
             return Err(PyRuntimeError::new_err(
@@ -234,11 +238,21 @@ impl Held<'_> {
                  environment",
             ));
         };
-        let done = work(&mut state);
-        // No panic, so the state is whole.
-        *self.0 = Some(state);
+        let mut whole = true;
+        let done = work(&mut state, &mut whole);
+        if whole {
+            *self.0 = Some(state);
+        }
         done?.map_err(exception)
     }
+}
+
+/// What `work` returns; `whole` stays false if it panics, which leaves half-changed environments behind.
+fn guarded<T>(whole: &mut bool, work: impl FnOnce() -> T) -> T {
+    *whole = false;
+    let done = work();
+    *whole = true;
+    done
 }
 
 impl Batch {
@@ -341,6 +355,15 @@ impl Batch {
     #[getter]
     fn observation_size(&self) -> usize {
         self.layout.observation()
+    }
+
+    /// The least and the greatest value of each feature of an observation [observation].
+    fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Bounds<'py>> {
+        let bounds = self
+            .hold()?
+            .on_one(py, (0, self.count), |environment| Ok(environment.bounds()))?;
+        let low = array(py, bounds.iter().map(|bound| bound.0));
+        Ok((low, array(py, bounds.iter().map(|bound| bound.1))))
     }
 
     /// Number of actions.
@@ -527,6 +550,14 @@ impl Batch {
     fn items(&self, py: Python<'_>, index: usize) -> PyResult<Vec<u32>> {
         self.hold()?.on_one(py, (index, self.count), |environment| {
             Ok(environment.items())
+        })
+    }
+
+    /// Panics in a step, for the test of what becomes of the environment then.
+    #[cfg(debug_assertions)]
+    fn _panic(&self, py: Python<'_>) -> PyResult<()> {
+        self.hold()?.on_one(py, (0, self.count), |_| {
+            crate::defect::panic_with("in a step")
         })
     }
 

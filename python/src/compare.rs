@@ -1,16 +1,64 @@
 //! Comparing methods.
 
 use crate::conditions::ConditionArguments;
+use crate::pattern::Pattern;
 use crate::report::{Report, shown};
 use crate::scalars;
+use crate::scored::unwrapped;
 use crate::station::Station;
 use crate::strategy::strategies;
 use crate::work;
-use pickline::experiment::load_cases;
+use pickline::experiment::{Case, load_cases, with_attributes};
 use pickline::pattern::Attributes;
 use pickline::study::{CompareOptions, CompareStudy, RobustTraining};
 use pickline_report::{ComparisonReport, Provenance};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+
+/// The name or file of cases, or the patterns of each by its name.
+#[derive(FromPyObject)]
+pub(crate) enum GivenCases {
+    #[pyo3(transparent)]
+    Named(String),
+    #[pyo3(transparent)]
+    Patterns(Vec<(String, Vec<Py<Pattern>>)>),
+}
+
+impl GivenCases {
+    /// Reads what the Python side makes of the argument `cases`.
+    fn read(given: &Bound<'_, PyAny>) -> PyResult<Self> {
+        given.extract().map_err(|_| {
+            PyTypeError::new_err(
+                "cases: neither the name of cases, nor a file, nor patterns\n  cure: give a text such as \
+                 dense, a Pattern, a list of them, or a dictionary of them by names",
+            )
+        })
+    }
+
+    fn list(&self) -> pickline::Result<Vec<Case>> {
+        match self {
+            Self::Named(name) => load_cases(name),
+            Self::Patterns(cases) => {
+                let cases = cases.iter();
+                let case = |(name, patterns): &(String, Vec<Py<Pattern>>)| {
+                    Case::given(name, unwrapped(patterns))
+                };
+                cases.map(case).collect()
+            }
+        }
+    }
+
+    /// What results call the cases, which are `listed`.
+    fn in_words(&self, listed: &[Case]) -> String {
+        match self {
+            Self::Named(name) => name.clone(),
+            Self::Patterns(_) => {
+                let words: Vec<_> = listed.iter().map(Case::in_words).collect();
+                words.join("; ")
+            }
+        }
+    }
+}
 
 /// The report of a :class:`pickline.Comparison`; ``call`` is how it says who made it.
 #[pyfunction]
@@ -21,7 +69,7 @@ use pyo3::prelude::*;
 pub(crate) fn compare(
     py: Python<'_>,
     station: &Station,
-    cases: &str,
+    #[pyo3(from_py_with = GivenCases::read)] cases: GivenCases,
     strategy: Vec<Bound<'_, PyAny>>,
     #[pyo3(from_py_with = scalars::count)] replicates: usize,
     reference: &str,
@@ -46,11 +94,9 @@ pub(crate) fn compare(
     let line = &*station.inner;
     let worked = raised.or(work::long(py, progress.as_ref(), |environment| {
         let attributes = Attributes::named(area, p_detection, p_grasp, classes)?;
-        let cases_name = cases;
-        let cases = load_cases(cases)?.into_iter();
-        let cases: Vec<_> = cases
-            .map(|case| case.with_attributes(attributes.clone()))
-            .collect();
+        let listed = cases.list()?;
+        let cases_name = cases.in_words(&listed);
+        let cases = with_attributes(listed, &attributes)?;
         let training =
             RobustTraining::named(robust, train_patterns, train_items, paper, (line, seed))?;
         let options = CompareOptions::default()
@@ -72,7 +118,7 @@ pub(crate) fn compare(
             study.first_seed()
         );
         let made = Provenance::new(call, &station.name, line, &scored, seed).under(&conditions);
-        let papers = matches!(cases_name, "paper" | "all");
+        let papers = matches!(&*cases_name, "paper" | "all");
         Ok(ComparisonReport::of_study(&compared, papers, paper && papers, shown(), made))
     }))?;
     Ok(Report::of(worked))

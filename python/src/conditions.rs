@@ -1,10 +1,28 @@
 //! The conditions of a run, from keyword arguments.
 
 use crate::errors::exception;
-use pickline::sim::{Conditions, Disturbances};
+use pickline::sim::{Conditions, Disturbances, RandomOutages};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+
+/// Random outages: their mean times [s], or both as text.
+#[derive(FromPyObject)]
+enum OutageTimes {
+    #[pyo3(transparent)]
+    Text(String),
+    #[pyo3(transparent)]
+    Means((f64, f64)),
+}
+
+impl OutageTimes {
+    fn resolve(&self) -> pickline::Result<RandomOutages> {
+        match self {
+            Self::Text(text) => text.parse(),
+            Self::Means((mtbf, mttr)) => Ok(RandomOutages::new(*mtbf, *mttr)),
+        }
+    }
+}
 
 /// The keyword arguments that conditions are made of.
 #[derive(FromPyObject)]
@@ -16,6 +34,8 @@ pub(crate) struct ConditionArguments {
     grasp_success: Option<f64>,
     position_noise: f64,
     misdetections: bool,
+    outage: Vec<String>,
+    outages: Option<OutageTimes>,
 }
 
 impl ConditionArguments {
@@ -23,7 +43,8 @@ impl ConditionArguments {
     pub(crate) fn read(given: &Bound<'_, PyAny>) -> PyResult<Self> {
         let wrong = |problem: String| {
             PyTypeError::new_err(format!(
-                "conditions: {problem}\n  cure: give them as keyword arguments, with numbers"
+                "conditions: {problem}\n  cure: give them as keyword arguments, with numbers; outages \
+                 as in pickline.simulate"
             ))
         };
         let dictionary = given
@@ -31,6 +52,21 @@ impl ConditionArguments {
             .map_err(|error| wrong(error.to_string()))?;
         let read = dictionary.extract::<Self>();
         read.map_err(|error| wrong(error.value(given.py()).to_string()))
+    }
+
+    /// `conditions` with the outages, checked.
+    fn with_outages(&self, conditions: Conditions) -> pickline::Result<Conditions> {
+        let random = self
+            .outages
+            .as_ref()
+            .map(OutageTimes::resolve)
+            .transpose()?;
+        let mut given = self.outage.iter();
+        let conditions = given.try_fold(conditions.with_outages(random), |conditions, text| {
+            Ok::<_, pickline::Error>(conditions.with_outage(text.parse()?))
+        })?;
+        conditions.check()?;
+        Ok(conditions)
     }
 
     /// The conditions, with random events from `seed`.
@@ -45,7 +81,6 @@ impl ConditionArguments {
             .with_camera_x(self.camera_x)
             .with_min_detection(self.min_detection)
             .with_disturbances(disturbances);
-        conditions.check().map_err(exception)?;
-        Ok(conditions)
+        self.with_outages(conditions).map_err(exception)
     }
 }

@@ -10,6 +10,8 @@ mod compare;
 mod conditions;
 mod crew;
 mod curves;
+#[cfg(debug_assertions)]
+mod defect;
 mod demonstrate;
 mod errors;
 mod frame;
@@ -18,6 +20,7 @@ mod pattern;
 mod program;
 mod progress;
 mod report;
+mod robots_down;
 mod run;
 mod scalars;
 mod scored;
@@ -44,15 +47,17 @@ fn _pickline(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(pattern::trials, module)?)?;
     module.add_function(wrap_pyfunction!(curves::learning_curves, module)?)?;
     module.add_class::<report::Report>()?;
-    module.add_class::<run::Run>()?;
     module.add_function(wrap_pyfunction!(simulate::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(arrow::arrow_stream, module)?)?;
     module.add_function(wrap_pyfunction!(compare::compare, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::sweep, module)?)?;
+    module.add_function(wrap_pyfunction!(robots_down::robots_down, module)?)?;
     module.add_function(wrap_pyfunction!(optimize::optimize, module)?)?;
     module.add_function(wrap_pyfunction!(bound::bound, module)?)?;
     module.add_function(wrap_pyfunction!(check::check, module)?)?;
     module.add_function(wrap_pyfunction!(demonstrate::demonstrate, module)?)?;
     module.add_function(wrap_pyfunction!(tracks::import_mot, module)?)?;
+    #[cfg(debug_assertions)]
+    module.add_function(wrap_pyfunction!(defect::_panic, module)?)?;
     module.add_function(wrap_pyfunction!(program::program, module)?)
 }

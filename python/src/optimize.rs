@@ -3,7 +3,7 @@
 use crate::conditions::ConditionArguments;
 use crate::report::{Report, shown};
 use crate::scalars;
-use crate::scored::patterns_of;
+use crate::scored::{FeedArguments, GivenPatterns, patterns_of};
 use crate::station::Station;
 use crate::strategy::strategies;
 use crate::work;
@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 
 /// The report of a :class:`pickline.Optimum`; ``call`` is how it says who made it.
 #[pyfunction]
-#[pyo3(signature = (station, *, strategy, patterns, items, flow, objective, risk, search, starts, alpha,
+#[pyo3(signature = (station, *, strategy, patterns, items, feed, objective, risk, search, starts, alpha,
     speed_step, max_runs, time_limit, validate, bound, area, p_detection, p_grasp, classes, seed,
     conditions, progress, call))]
 #[expect(clippy::too_many_arguments, reason = "the options of the program")]
@@ -22,9 +22,9 @@ pub(crate) fn optimize(
     py: Python<'_>,
     station: &Station,
     strategy: Vec<Bound<'_, PyAny>>,
-    patterns: &str,
+    #[pyo3(from_py_with = GivenPatterns::read)] patterns: GivenPatterns,
     #[pyo3(from_py_with = scalars::optional_count)] items: Option<usize>,
-    flow: Option<f64>,
+    #[pyo3(from_py_with = FeedArguments::read)] feed: FeedArguments,
     objective: &str,
     risk: &str,
     search: &str,
@@ -48,7 +48,8 @@ pub(crate) fn optimize(
     let (strategies, raised) = strategies(&strategy)?;
     let line = &*station.inner;
     let worked = raised.or(work::long(py, progress.as_ref(), |environment| {
-        let patterns = patterns_of(patterns, items, flow, [area, p_detection, p_grasp, classes])?;
+        let attributes = [area, p_detection, p_grasp, classes];
+        let patterns = patterns_of(&patterns, items, &feed, attributes)?;
         let scan = SpeedScan::new(speed_step, line)?;
         let objective = Objective::named(objective, scan)?;
         let grasp = Grasp::default()

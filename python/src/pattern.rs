@@ -8,7 +8,9 @@ use crate::work;
 use numpy::PyArray1;
 use pickline::Item;
 use pickline::error::{counted, rounded};
-use pickline::pattern::{self, Attributes, ClassShares, Feed, PatternSource, Recipe};
+use pickline::pattern::{
+    self, Attributes, ClassShares, Feed, FeedParameters, PatternSource, Recipe,
+};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -266,24 +268,42 @@ impl Pattern {
 ///     station: The station for whose belt they are.
 ///     items: Items per pattern.
 ///     flow: Items per minute of a feed that does not say so [1/min].
+///     cluster_size: Mean number of items in a cluster of the feed ``clustered``; 5 if not given.
+///     cluster_spread: Standard deviation of their offset from its centre [m]; 0.1 if not given.
+///     gap_length: Mean length of an empty stretch of belt of the feed ``gaps`` [m]; 1 if not given.
+///     gap_share: Share of the belt in empty stretches; 0.3 if not given.
 ///     classes: Classes and their shares, such as ``"pet:0.6,wood:0.4"``.
 ///     seed: Seed of everything random.
 #[pyfunction]
-#[pyo3(signature = (source, station, *, items = 50, flow = None, classes = None,
-    seed = 1))]
+#[pyo3(signature = (source, station, *, items = 50, flow = None, cluster_size = None,
+    cluster_spread = None, gap_length = None, gap_share = None, classes = None, seed = 1))]
+#[expect(clippy::too_many_arguments, reason = "the options of the program")]
 pub(crate) fn patterns(
     py: Python<'_>,
     source: &str,
     station: &Station,
     #[pyo3(from_py_with = scalars::count)] items: usize,
     flow: Option<f64>,
+    cluster_size: Option<f64>,
+    cluster_spread: Option<f64>,
+    gap_length: Option<f64>,
+    gap_share: Option<f64>,
     classes: Option<&str>,
     #[pyo3(from_py_with = scalars::seed)] seed: u64,
 ) -> PyResult<Vec<Pattern>> {
+    let parameters = FeedParameters {
+        cluster_size,
+        cluster_spread,
+        gap_length,
+        gap_share,
+    };
     let set = work::parallel(py, || {
         let source: PatternSource = source.parse()?;
+        let feeds: Vec<&Feed> = source.feed().into_iter().collect();
+        let shape = parameters.shape(&feeds)?;
         let classes: Option<ClassShares> = classes.map(str::parse).transpose()?;
         let recipe = Recipe::new(*station.inner.belt(), items, seed)
+            .with_shape(shape)
             .with_attributes(Attributes::default().with_classes(classes));
         source.with_flow(flow)?.build(&recipe)
     })?;

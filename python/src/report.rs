@@ -4,12 +4,12 @@ use crate::arrays::array;
 use crate::errors::{exception, spelling};
 use crate::work::{self, Worked};
 use numpy::PyArray1;
-use pickline_report::{AnyReport, ColumnValues, Presentation};
+use pickline_report::{AnyReport, Column, ColumnValues, Presentation};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
 /// Another process gets the finished forms of a report: the call that unpickling makes.
-pub(crate) type Unpickled<'py> = (
+type Unpickled<'py> = (
     Bound<'py, PyAny>,
     (
         String,
@@ -21,11 +21,6 @@ pub(crate) type Unpickled<'py> = (
     ),
 );
 
-/// What makes a report of finished forms: ``pickline.result.KeptReport``.
-pub(crate) fn kept(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
-    py.import("pickline.result")?.getattr("KeptReport")
-}
-
 /// The whole of a report, with settings as keyword arguments.
 const SHOWN: Presentation = Presentation::whole(spelling);
 
@@ -34,16 +29,56 @@ pub(crate) fn shown() -> &'static Presentation {
     &SHOWN
 }
 
+/// The forms in which the program prints and writes what a call found.
+pub(crate) trait Forms: Send + Sync {
+    /// The text for the terminal.
+    fn text(&self) -> pickline::Result<String>;
+
+    /// The main table as CSV.
+    fn csv(&self) -> pickline::Result<String>;
+
+    /// All of it as JSON.
+    fn json(&self) -> pickline::Result<String>;
+
+    /// The page, if there is one.
+    fn page(&self) -> pickline::Result<Option<String>>;
+
+    /// The columns of every CSV file, by the file's name.
+    fn tables(&self) -> Vec<(&'static str, Vec<Column>)>;
+}
+
+impl<R: AnyReport> Forms for R {
+    fn text(&self) -> pickline::Result<String> {
+        Ok(self.table(&SHOWN))
+    }
+
+    fn csv(&self) -> pickline::Result<String> {
+        Ok(AnyReport::csv(self))
+    }
+
+    fn json(&self) -> pickline::Result<String> {
+        AnyReport::json(self)
+    }
+
+    fn page(&self) -> pickline::Result<Option<String>> {
+        Ok(AnyReport::page(self, &SHOWN))
+    }
+
+    fn tables(&self) -> Vec<(&'static str, Vec<Column>)> {
+        AnyReport::tables(self)
+    }
+}
+
 /// What a call found, in every form in which the program prints and writes it.
 #[pyclass(frozen, module = "pickline._pickline")]
 pub(crate) struct Report {
-    inner: Box<dyn AnyReport>,
+    inner: Box<dyn Forms>,
     interrupted: bool,
 }
 
 impl Report {
     /// The report of work that Ctrl-C may have ended early.
-    pub(crate) fn of(worked: Worked<impl AnyReport + 'static>) -> Self {
+    pub(crate) fn of(worked: Worked<impl Forms + 'static>) -> Self {
         Self {
             inner: Box::new(worked.value),
             interrupted: worked.interrupted,
@@ -51,7 +86,7 @@ impl Report {
     }
 
     /// The report of work that is done at once.
-    pub(crate) fn whole(report: impl AnyReport + 'static) -> Self {
+    pub(crate) fn whole(report: impl Forms + 'static) -> Self {
         Self {
             inner: Box::new(report),
             interrupted: false,
@@ -69,12 +104,12 @@ impl Report {
 
     /// The text that the program prints.
     fn text(&self, py: Python<'_>) -> PyResult<String> {
-        work::quick(py, || Ok(self.inner.table(&SHOWN)))
+        work::quick(py, || self.inner.text())
     }
 
     /// The main table as CSV.
     fn csv(&self, py: Python<'_>) -> PyResult<String> {
-        work::quick(py, || Ok(self.inner.csv()))
+        work::quick(py, || self.inner.csv())
     }
 
     /// The whole report as JSON.
@@ -82,9 +117,9 @@ impl Report {
         work::quick(py, || self.inner.json())
     }
 
-    /// The page with tables and charts, if the report has one.
+    /// The page with tables and charts, or the replay of a run; None if there is none.
     fn page(&self, py: Python<'_>) -> PyResult<Option<String>> {
-        work::quick(py, || Ok(self.inner.page(&SHOWN)))
+        work::parallel(py, || self.inner.page())
     }
 
     fn __copy__(slf: Py<Self>) -> Py<Self> {
@@ -104,7 +139,7 @@ impl Report {
             self.tables(py)?,
             self.interrupted,
         );
-        Ok((kept(py)?, forms))
+        Ok((py.import("pickline.result")?.getattr("KeptReport")?, forms))
     }
 
     /// The columns of every CSV file of the report: by the file's name and the field, the name in the

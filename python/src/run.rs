@@ -1,22 +1,18 @@
 //! A simulated run, kept for the forms in which the program shows it.
 
-use crate::report::{Unpickled, kept, shown};
-use crate::work;
+use crate::report::{Forms, shown};
 use pickline::clearance;
 use pickline::decision::Outcome;
 use pickline::experiment::ClassBound;
 use pickline::planning::bound::Bound;
 use pickline::sim::{Conditions, Scene};
 use pickline_report::{
-    CertifiedReport, ClearanceReport, Provenance, RunReport, VerbReport, check_replay, json_text,
-    replay_page,
+    CertifiedReport, ClearanceReport, Column, Provenance, RunReport, VerbReport, check_replay,
+    json_text, replay_page,
 };
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use std::sync::Arc;
 
-/// A run, in every form in which the program prints and writes it.
-#[pyclass(frozen, module = "pickline._pickline")]
+/// A run, of which every form is made when it is asked for.
 pub(crate) struct Run {
     pub station: Arc<pickline::Station>,
     pub pattern: Arc<pickline::Pattern>,
@@ -48,54 +44,33 @@ impl Run {
     }
 }
 
-#[pymethods]
-impl Run {
-    /// The text that the program prints.
-    fn text(&self, py: Python<'_>) -> PyResult<String> {
-        work::quick(py, || self.shown(|_, report| Ok(report.to_table(shown()))))
+impl Forms for Run {
+    fn text(&self) -> pickline::Result<String> {
+        self.shown(|_, report| Ok(report.to_table(shown())))
     }
 
-    /// The attempts as CSV.
-    fn csv(&self, py: Python<'_>) -> PyResult<String> {
-        work::quick(py, || self.shown(|_, report| Ok(report.to_csv())))
+    fn csv(&self) -> pickline::Result<String> {
+        self.shown(|_, report| Ok(report.to_csv()))
     }
 
-    /// The whole report as JSON.
-    fn json(&self, py: Python<'_>) -> PyResult<String> {
-        work::quick(py, || self.shown(|_, report| json_text(report)))
+    fn json(&self) -> pickline::Result<String> {
+        self.shown(|_, report| json_text(report))
     }
 
     /// The page that replays the run, if it has not more items than a page can show.
-    fn page(&self, py: Python<'_>) -> PyResult<Option<String>> {
-        work::parallel(py, || {
-            if check_replay(&self.pattern).is_err() {
-                return Ok(None);
-            }
-            self.shown(|scene, report| {
-                let found = clearance::smallest(&self.station, &self.outcome);
-                let found = found.map(|found| ClearanceReport::new(&self.station, &found));
-                Ok(Some(replay_page(scene, &self.name, report, found.as_ref())))
-            })
+    fn page(&self) -> pickline::Result<Option<String>> {
+        if check_replay(&self.pattern).is_err() {
+            return Ok(None);
+        }
+        self.shown(|scene, report| {
+            let found = clearance::smallest(&self.station, &self.outcome);
+            let found = found.map(|found| ClearanceReport::new(&self.station, &found));
+            Ok(Some(replay_page(scene, &self.name, report, found.as_ref())))
         })
     }
 
-    fn __copy__(slf: Py<Self>) -> Py<Self> {
-        slf
-    }
-
-    fn __deepcopy__(slf: Py<Self>, _memo: &pyo3::Bound<'_, PyAny>) -> Py<Self> {
-        slf
-    }
-
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Unpickled<'py>> {
-        let forms = (
-            self.text(py)?,
-            self.csv(py)?,
-            self.json(py)?,
-            self.page(py)?,
-            PyDict::new(py),
-            false,
-        );
-        Ok((kept(py)?, forms))
+    /// None: ``simulate`` hands over its tables itself.
+    fn tables(&self) -> Vec<(&'static str, Vec<Column>)> {
+        Vec::new()
     }
 }

@@ -3,7 +3,7 @@
 use crate::arrays::array;
 use crate::conditions::ConditionArguments;
 use crate::pattern::Pattern;
-use crate::report::shown;
+use crate::report::{Report, shown};
 use crate::run::Run;
 use crate::scalars;
 use crate::station::Station;
@@ -113,6 +113,6 @@ pub(crate) fn simulate<'py>(
         class_bounds: run.class_bounds,
         made: made.under(&conditions),
     };
-    parts.set_item("run", Py::new(py, run)?)?;
+    parts.set_item("run", Py::new(py, Report::whole(run))?)?;
     Ok(parts)
 }

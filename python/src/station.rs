@@ -4,7 +4,6 @@ use crate::scalars;
 use crate::work;
 use pickline::station::{self, BUILT_INS, Overrides};
 use pyo3::prelude::*;
-use pyo3::types::IntoPyDict;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -38,17 +37,16 @@ impl PartialEq for Station {
 /// another number of robots is made from it again.
 #[derive(Debug, Clone)]
 pub(crate) struct Source {
-    origin: Origin,
+    /// The name of a built-in station, or of the text in messages.
+    name: String,
+    /// The text of a station file; `None` for a built-in station.
+    text: Option<String>,
     belt_speed: Option<f64>,
 }
 
-#[derive(Debug, Clone)]
-enum Origin {
-    /// A built-in station, or a file.
-    Named(String),
-    /// The text of a station file, and its name in messages.
-    Text(String, String),
-}
+/// What another process makes a station of: its text with every value, its name, the text of its file and
+/// its own belt speed.
+type Parts = (String, String, Option<String>, Option<f64>);
 
 impl Source {
     /// The station with this number of robots, or as many as its source has.
@@ -56,9 +54,9 @@ impl Source {
         let overrides = Overrides::default()
             .with_robots(robots)
             .with_belt_speed(self.belt_speed);
-        match &self.origin {
-            Origin::Named(name) => station::load(name, overrides),
-            Origin::Text(text, name) => station::parse(text, name, overrides),
+        match &self.text {
+            Some(text) => station::parse(text, &self.name, overrides),
+            None => station::load_built_in(&self.name, overrides),
         }
     }
 }
@@ -66,12 +64,15 @@ impl Source {
 impl Station {
     fn made(py: Python<'_>, source: Source, robots: Option<usize>) -> PyResult<Self> {
         let station = work::quick(py, || source.station(robots))?;
-        let (Origin::Named(name) | Origin::Text(_, name)) = &source.origin;
-        Ok(Self {
+        Ok(Self::of(station, source))
+    }
+
+    fn of(station: pickline::Station, source: Source) -> Self {
+        Self {
             inner: Arc::new(station),
-            name: name.clone(),
+            name: source.name.clone(),
             source,
-        })
+        }
     }
 }
 
@@ -85,8 +86,15 @@ impl Station {
         #[pyo3(from_py_with = scalars::optional_count)] robots: Option<usize>,
         belt_speed: Option<f64>,
     ) -> PyResult<Self> {
-        let origin = Origin::Named(name.to_string_lossy().into_owned());
-        Self::made(py, Source { origin, belt_speed }, robots)
+        let name = name.to_string_lossy().into_owned();
+        // A sweep of robots makes the line again, from what the file says now.
+        let text = work::quick(py, || station::file_text(&name))?;
+        let source = Source {
+            name,
+            text,
+            belt_speed,
+        };
+        Self::made(py, source, robots)
     }
 
     /// The station of the text of a station file, which messages call ``name``.
@@ -99,8 +107,12 @@ impl Station {
         #[pyo3(from_py_with = scalars::optional_count)] robots: Option<usize>,
         belt_speed: Option<f64>,
     ) -> PyResult<Self> {
-        let origin = Origin::Text(text.to_owned(), name.to_owned());
-        Self::made(py, Source { origin, belt_speed }, robots)
+        let source = Source {
+            name: name.to_owned(),
+            text: Some(text.to_owned()),
+            belt_speed,
+        };
+        Self::made(py, source, robots)
     }
 
     /// The names of the built-in stations, the default first.
@@ -175,11 +187,33 @@ impl Station {
         self.clone()
     }
 
-    /// By its text and name: where it is unpickled, a file may not be there, or not be the same.
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
-        let read = py.get_type::<Self>().getattr("from_toml")?;
-        let name = [("name", &self.name)].into_py_dict(py)?;
-        let partial = py.import("functools")?.getattr("partial")?;
-        Ok((partial.call((read,), Some(&name))?, (self.to_toml(py)?,)))
+    /// The station of a pickle.
+    #[staticmethod]
+    fn _of_parts(
+        py: Python<'_>,
+        whole: &str,
+        name: String,
+        text: Option<String>,
+        belt_speed: Option<f64>,
+    ) -> PyResult<Self> {
+        let station = work::quick(py, || station::parse(whole, &name, Overrides::default()))?;
+        let source = Source {
+            name,
+            text,
+            belt_speed,
+        };
+        Ok(Self::of(station, source))
+    }
+
+    /// By its text: where it is unpickled, a file may not be there, or not be the same. With what it was
+    /// made from, so that the line can have other numbers of robots there, too.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Parts)> {
+        let read = py.get_type::<Self>().getattr("_of_parts")?;
+        let Source {
+            name,
+            text,
+            belt_speed,
+        } = self.source.clone();
+        Ok((read, (self.to_toml(py)?, name, text, belt_speed)))
     }
 }

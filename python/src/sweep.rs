@@ -4,7 +4,7 @@ use crate::conditions::ConditionArguments;
 use crate::errors::exception;
 use crate::report::{Report, shown};
 use crate::scalars;
-use crate::scored::patterns_of;
+use crate::scored::{FeedArguments, GivenPatterns, patterns_of};
 use crate::station::Station;
 use crate::strategy::strategies;
 use crate::work;
@@ -15,7 +15,7 @@ use pyo3::prelude::*;
 
 /// The report of a :class:`pickline.Sweep`; ``call`` is how it says who made it.
 #[pyfunction]
-#[pyo3(signature = (station, sweep, *, strategy, patterns, items, flow, from_, to, step, purity,
+#[pyo3(signature = (station, sweep, *, strategy, patterns, items, feed, from_, to, step, purity,
     robust, train_patterns, train_items, greedy, bound, area, p_detection, p_grasp, classes, seed,
     conditions, progress, call))]
 #[expect(clippy::too_many_arguments, reason = "the options of the program")]
@@ -24,9 +24,9 @@ pub(crate) fn sweep(
     station: &Station,
     sweep: &str,
     strategy: Vec<Bound<'_, PyAny>>,
-    patterns: &str,
+    #[pyo3(from_py_with = GivenPatterns::read)] patterns: GivenPatterns,
     #[pyo3(from_py_with = scalars::optional_count)] items: Option<usize>,
-    flow: Option<f64>,
+    #[pyo3(from_py_with = FeedArguments::read)] feed: FeedArguments,
     from_: Option<f64>,
     to: Option<f64>,
     step: Option<f64>,
@@ -52,7 +52,8 @@ pub(crate) fn sweep(
     let (strategies, raised) = strategies(&strategy)?;
     let line = &*station.inner;
     let worked = raised.or(work::long(py, progress.as_ref(), |environment| {
-        let patterns = patterns_of(patterns, items, flow, [area, p_detection, p_grasp, classes])?;
+        let attributes = [area, p_detection, p_grasp, classes];
+        let patterns = patterns_of(&patterns, items, &feed, attributes)?;
         let source = station.source.clone();
         let mut options = SweepOptions::default()
             .with_axis(axis)

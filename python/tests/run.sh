@@ -19,7 +19,8 @@ PATH=$venv/bin:$PATH MATURIN_PEP517_ARGS="--profile dev --locked $*" CARGO_TARGE
 cargo build --locked --workspace --features mqtt,ros2 --bin pickline
 cp "$target/debug/pickline" "$wheels/pickline-mqtt"
 PICKLINE=$venv/bin/pickline PICKLINE_MQTT=$wheels/pickline-mqtt "$python" -m pytest --quiet \
-    -p no:cacheprovider --numprocesses 4 --ignore python/tests/sb3 python/tests
+    -p no:cacheprovider --numprocesses 4 --ignore python/tests/sb3 --ignore python/tests/rllib python/tests
 # The command, as pip installs it.
 "$venv/bin/pickline" --version
 bash python/tests/sb3/run.sh "$wheels"/*.whl
+bash python/tests/rllib/run.sh "$wheels"/*.whl

@@ -21,6 +21,8 @@ RIGHT = {
     "grasp_success": None,
     "position_noise": 0.0,
     "misdetections": False,
+    "outage": [],
+    "outages": None,
 }
 
 EXPECTED = (ValueError, TypeError, OSError, OverflowError)

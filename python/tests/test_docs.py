@@ -59,7 +59,7 @@ def test_stubs_are_those_of_the_module():
         seen.add(name)
         if doc is not None:
             assert inspect.getdoc(value) == doc, name
-    for name in ("Station", "Pattern", "Batch", "Report", "Run"):
+    for name in ("Station", "Pattern", "Batch", "Report"):
         members = {f"{name}.{member}" for member in vars(getattr(_pickline, name))}
         assert {member for member in members if "._" not in member} <= seen
     public = {name for name in vars(_pickline) if not name.startswith("_")}

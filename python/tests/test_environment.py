@@ -7,9 +7,6 @@ from gymnasium.utils.env_checker import check_env
 
 import pickline
 
-# What Gymnasium says of any space without bounds.
-pytestmark = pytest.mark.filterwarnings("ignore:.*A Box observation space")
-
 ID = "pickline/Sorting-v0"
 
 
@@ -28,10 +25,10 @@ SORTING = pickline.Station("sorting")
         },
         {"wait": True, "slots": 4},
         {"grasp_success": 0.5, "update_hz": 10.0},
+        {"outage": "r1:5..30", "outages": (60, 10)},
     ],
 )
 @pytest.mark.filterwarnings("error")
-@pytest.mark.filterwarnings("ignore:.*A Box observation space")
 def test_the_checker_of_gymnasium_is_content(options):
     check_env(gymnasium.make(ID, **options).unwrapped)
 
@@ -168,3 +165,45 @@ def test_sampling_without_a_mask_is_legal():
         if terminated:
             env.reset()
     assert len(seen) > 2
+
+
+@pytest.mark.parametrize("observation", ["full", "paper", "real"])
+@pytest.mark.parametrize("name", pickline.Station.built_in())
+def test_observations_are_in_a_finite_space(name, observation):
+    """Rust's tests hold the bounds on all kinds of lines; this holds the space to them."""
+    station = pickline.Station(name)
+    shares = ",".join(f"{kind}:{0.9 / len(station.classes)}" for kind in station.classes)
+    patterns = pickline.patterns("random:90/min:3", station, items=40, classes=shares or None)
+    env = pickline.SortingEnv(
+        station, patterns, observation=observation, wait=True, position_noise=0.01, camera_x=-0.5
+    )
+    space = env.observation_space
+    assert np.isfinite(space.low).all() and np.isfinite(space.high).all()
+    assert (space.low <= 0).all() and (space.high >= 0).all()
+    env.action_space.seed(1)
+    seen = 0
+    for seed in range(3):
+        observed, _ = env.reset(seed=seed)
+        terminated = False
+        while not terminated:
+            assert observed in space
+            seen += 1
+            observed, _, terminated, _, _ = env.step(env.action_space.sample())
+        assert observed in space
+    assert seen > 60
+
+
+def test_lines_of_one_station_have_one_space():
+    spaces = [
+        pickline.SortingEnv("paper", patterns, items=items).observation_space
+        for patterns, items in [("grid:0.3", 10), ("poisson:0.12:5", 60)]
+    ]
+    assert spaces[0] == spaces[1]
+    heavy = pickline.Pattern([-0.1, -0.2], [0.0, 0.1], weight=[1.0, 40.0])
+    assert pickline.SortingEnv("paper", heavy).observation_space.high.max() > 40.0
+
+
+def test_a_line_without_a_decision_is_refused():
+    with pytest.raises(ValueError, match="no robot ever has an item to choose") as raised:
+        pickline.SortingEnv("paper", "grid:0.3", outage=["r1:0..", "r2:0.."])
+    assert "while it is not down" in str(raised.value)

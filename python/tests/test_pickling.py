@@ -31,6 +31,7 @@ RESULTS = {
     "simulate": lambda _: pickline.simulate("paper", GRID, bound=True, grasp_success=0.7),
     "compare": lambda _: pickline.compare(replicates=2, robust="SPT,FIFO", bound=False),
     "sweep": lambda _: pickline.sweep(robust="SPT,FIFO", from_=0.03, to=0.05, step=0.01),
+    "robots_down": lambda _: pickline.robots_down(items=30, robust="SPT,FIFO"),
     "optimize": lambda _: pickline.optimize(patterns="grid:0.2", items=20, validate=2, bound=False),
     "bound": lambda _: pickline.bound("paper", GRID, objective="weight"),
     "check": checked,
@@ -131,6 +132,58 @@ def test_stations_keep_their_names(tmp_path):
         result = pickline.compare(again, replicates=2, robust=rules, bound=False)
         due = pickline.compare(station, replicates=2, robust=rules, bound=False)
         assert result.report.page() == due.report.page() and str(result) == str(due)
+
+
+LINE = """
+[belt]
+speed = 0.05
+width = 1.0
+[line]
+robots = 2
+first_base_x = 1.2
+spacing = 1.4
+base_offset = 0.1
+bin_offset = 0.0
+tail = 0.8
+reach = 0.8
+speed = 0.5
+grasp_time = 0.1
+release_time = 0.1
+"""
+
+
+def swept(station):
+    """A sweep of robots, which makes the station again with other numbers of them."""
+    settings = dict(from_=1, to=3, patterns="poisson:0.2:2", items=30, train_items=20, bound=False)
+    return pickline.sweep(station, "robots", **settings).points
+
+
+@pytest.mark.parametrize("given", ["built-in", "file", "text"])
+def test_stations_can_have_other_numbers_of_robots_in_another_process(given, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / "mine.toml"
+    file.write_text(LINE)
+    station = {
+        "built-in": lambda: pickline.Station("paper", belt_speed=0.06),
+        "file": lambda: pickline.Station("mine.toml", belt_speed=0.06),
+        "text": lambda: pickline.Station.from_toml(LINE, belt_speed=0.06),
+    }[given]()
+    due = swept(station)
+    assert set(due.value) == {1.0, 2.0, 3.0}
+    sent = pickle.dumps(station)
+    # There, the file may not be there, or another one may have the name.
+    file.unlink()
+    (tmp_path / "paper").write_text(LINE.replace("reach = 0.8", "reach = 0.7"))
+    for again in (pickle.loads(sent), pickle.loads(pickle.dumps(pickle.loads(sent))), copy.copy(station)):
+        assert again == station and hash(again) == hash(station)
+        assert_same(swept(again), due, given)
+
+
+def test_a_line_of_robots_that_are_listed_has_no_other_numbers_of_them():
+    station = pickline.Station.from_toml(pickline.Station("paper").to_toml())
+    for line in (station, pickle.loads(pickle.dumps(station))):
+        with pytest.raises(ValueError, match=r"\[line\]"):
+            swept(line)
 
 
 def test_environments_say_that_they_are_not_pickled():

@@ -1,12 +1,15 @@
 //! The cases of a comparison.
 
-use crate::error::Result;
+use crate::error::{Error, Result, shown};
+use crate::names::check_name;
 use crate::pattern::{
-    self, Attributes, Feed, FeedShape, Feeder, Pattern, grid, poisson_disk, random_stream,
+    self, Attributes, Feed, FeedShape, Feeder, Pattern, describe_given, grid, poisson_disk,
+    random_stream,
 };
 use crate::station::Belt;
 use rand::rngs::ChaCha8Rng;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Where a case's patterns come from.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,6 +22,8 @@ pub enum CaseSource {
     Feed(Feed, Option<f64>),
     /// The pattern in this CSV file.
     File(PathBuf),
+    /// Patterns that the caller has; see [`Case::given`].
+    Given(Arc<[Pattern]>),
 }
 
 /// A kind of pattern on which strategies are compared.
@@ -89,6 +94,30 @@ pub(super) fn built_in_cases(name: &str) -> Option<Vec<Case>> {
 }
 
 impl Case {
+    /// The case `name` of patterns that the caller has.
+    ///
+    /// # Errors
+    /// There are none, or the name is not one.
+    pub fn given(name: &str, patterns: Vec<Pattern>) -> Result<Self> {
+        if let Err(bad) = check_name(name) {
+            let cure = format!("give every case a name; expected {}", bad.expected);
+            return Err(Error::usage("'cases'", bad.problem, cure));
+        }
+        if patterns.is_empty() {
+            return Err(Error::usage(
+                "'cases'",
+                format!("the case `{}` has no pattern", shown(name)),
+                "give one or more",
+            ));
+        }
+        Ok(Self {
+            name: name.to_owned(),
+            source: CaseSource::Given(patterns.into()),
+            items: 0,
+            attributes: Attributes::default(),
+        })
+    }
+
     fn built_in(case: BuiltInCase) -> Self {
         let BuiltInCase {
             is_grid,
@@ -125,6 +154,14 @@ impl Case {
         }
     }
 
+    /// The case in words: its name, and what tells given patterns from others.
+    pub fn in_words(&self) -> String {
+        match &self.source {
+            CaseSource::Given(patterns) => format!("{}, {}", self.name, describe_given(patterns)),
+            _ => self.name.clone(),
+        }
+    }
+
     /// Whether its patterns depend on the seed.
     pub fn is_random(&self) -> bool {
         self.attributes != Attributes::default() || self.has_random_places()
@@ -133,19 +170,19 @@ impl Case {
     /// Whether the positions of its items depend on the seed.
     fn has_random_places(&self) -> bool {
         match &self.source {
-            CaseSource::Grid(_) | CaseSource::File(_) => false,
+            CaseSource::Grid(_) | CaseSource::File(_) | CaseSource::Given(_) => false,
             CaseSource::Poisson(_) => true,
             CaseSource::Feed(feed, _) => feed.is_random(),
         }
     }
 
-    /// Whether its patterns are generated rather than recorded.
+    /// Whether its patterns are generated rather than recorded or given.
     pub fn is_generated(&self) -> bool {
-        !matches!(self.source, CaseSource::File(_))
+        !matches!(self.source, CaseSource::File(_) | CaseSource::Given(_))
     }
 
     /// Approximate number of items in one of its patterns on `belt` if `items` are requested; 0
-    /// for a recorded pattern.
+    /// for a recorded or given pattern.
     ///
     /// # Errors
     /// A profile that cannot be read, or an invalid flow.
@@ -157,7 +194,7 @@ impl Case {
                 let feeder = feeder.map_err(|error| error.inside(&self.name).into_input())?;
                 Ok(feeder.expected_items(items))
             }
-            CaseSource::File(_) => Ok(0.0),
+            CaseSource::File(_) | CaseSource::Given(_) => Ok(0.0),
             _ => Ok(items as f64),
         }
     }
@@ -191,6 +228,7 @@ impl Case {
                 }
             }
             CaseSource::File(path) => Ok(vec![(None, pattern::load(path)?.pattern)]),
+            CaseSource::Given(patterns) => Ok(patterns.iter().map(|p| (None, p.clone())).collect()),
             CaseSource::Poisson(radius) => {
                 replicated(&|rng| poisson_disk(belt.width, *radius, self.items, rng))
             }
@@ -208,6 +246,24 @@ impl Case {
             }
         }
     }
+}
+
+/// `cases`, with these attributes of all items that are generated.
+///
+/// # Errors
+/// There are attributes, but no items are generated.
+pub fn with_attributes(cases: Vec<Case>, attributes: &Attributes) -> Result<Vec<Case>> {
+    if *attributes != Attributes::default() && !cases.iter().any(Case::is_generated) {
+        return Err(Error::usage(
+            "'area_cm2', 'p_detection', 'p_grasp' and 'classes'",
+            "do not apply to recorded patterns",
+            "leave them out; recorded patterns have their own items",
+        ));
+    }
+    let cases = cases.into_iter();
+    Ok(cases
+        .map(|case| case.with_attributes(attributes.clone()))
+        .collect())
 }
 
 #[cfg(test)]

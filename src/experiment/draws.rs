@@ -31,7 +31,9 @@ impl Draws<'_> {
         if has_seeds || !(self.conditions.is_random() || patterns.iter().any(draws)) {
             return Ok(patterns);
         }
-        let seeds = (0..self.replicates as u64).map(|r| Some(self.first_seed.wrapping_add(r)));
+        // Every pattern at least once.
+        let runs = self.replicates.max(patterns.len());
+        let seeds = (0..runs as u64).map(|r| Some(self.first_seed.wrapping_add(r)));
         let again = patterns.iter().map(|(_, pattern)| pattern).cycle();
         Ok(seeds.zip(again.cloned()).collect())
     }

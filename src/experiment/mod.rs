@@ -17,7 +17,7 @@ mod threshold;
 mod training;
 
 pub use bounds::add_bounds;
-pub use case::{Case, CaseSource};
+pub use case::{Case, CaseSource, with_attributes};
 pub use case_file::load_cases;
 pub use class_result::{ClassBound, ClassResult, class_bounds};
 pub use compare::compare_methods;

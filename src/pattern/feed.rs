@@ -118,6 +118,50 @@ setters!(FeedShape {
     fn with_gap_share(gap_share: f64);
 });
 
+/// Those parameters of a [`FeedShape`] that are given; the others have their usual values.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct FeedParameters {
+    /// [`FeedShape::cluster_size`].
+    pub cluster_size: Option<f64>,
+    /// [`FeedShape::cluster_spread`] [m].
+    pub cluster_spread: Option<f64>,
+    /// [`FeedShape::gap_length`] [m].
+    pub gap_length: Option<f64>,
+    /// [`FeedShape::gap_share`].
+    pub gap_share: Option<f64>,
+}
+
+impl FeedParameters {
+    /// The shape of feeds, where `feeds` are generated.
+    ///
+    /// # Errors
+    /// A parameter out of range, or one that applies to none of `feeds`.
+    pub fn shape(&self, feeds: &[&Feed]) -> Result<FeedShape> {
+        for (setting, given, own) in [
+            ("'cluster_size'", self.cluster_size, Feed::Clustered),
+            ("'cluster_spread'", self.cluster_spread, Feed::Clustered),
+            ("'gap_length'", self.gap_length, Feed::Gaps),
+            ("'gap_share'", self.gap_share, Feed::Gaps),
+        ] {
+            if given.is_some() && !feeds.contains(&&own) {
+                return Err(Error::usage(
+                    setting,
+                    format!("applies only to the feed {own}"),
+                    format!("leave it out, or use the feed {own}"),
+                ));
+            }
+        }
+        let usual = FeedShape::default();
+        let shape = usual
+            .with_cluster_size(self.cluster_size.unwrap_or(usual.cluster_size))
+            .with_cluster_spread(self.cluster_spread.unwrap_or(usual.cluster_spread))
+            .with_gap_length(self.gap_length.unwrap_or(usual.gap_length))
+            .with_gap_share(self.gap_share.unwrap_or(usual.gap_share));
+        shape.check()?;
+        Ok(shape)
+    }
+}
+
 impl FeedShape {
     /// Rejects parameters out of range; the error names the setting.
     ///

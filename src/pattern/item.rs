@@ -8,7 +8,7 @@ use std::collections::HashMap;
 /// Positions beyond this [m] are rejected: no belt is that long.
 pub(super) const LARGEST: f64 = 1e6;
 /// Maximum number of items in a pattern, to limit memory use.
-pub(super) const MOST_ITEMS: usize = 10_000_000;
+pub(crate) const MOST_ITEMS: usize = 10_000_000;
 
 /// Whether `value` is a probability.
 pub(super) fn is_share(value: f64) -> bool {

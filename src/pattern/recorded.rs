@@ -46,12 +46,11 @@ impl RecordedPatterns {
 
     /// Where the patterns come from, in words: `path`, and a hash of all items.
     pub(super) fn description(&self, path: &Path) -> String {
-        let all: String = self.patterns.iter().map(super::file::to_csv).collect();
         let mut description = format!(
             "{} from {} (hash {})",
             counted(self.patterns.len(), "recorded pattern"),
             path.display(),
-            crate::files::fingerprint(&all)
+            hash_of(&self.patterns)
         );
         if !self.ignored.is_empty() {
             let names: Vec<&str> = self.ignored.iter().map(String::as_str).collect();
@@ -59,6 +58,18 @@ impl RecordedPatterns {
         }
         description
     }
+}
+
+/// A hash of all items of `patterns`.
+fn hash_of(patterns: &[Pattern]) -> String {
+    let all: String = patterns.iter().map(super::file::to_csv).collect();
+    crate::files::fingerprint(&all)
+}
+
+/// Patterns that a caller has, in words, with a hash of all items.
+pub(crate) fn describe_given(patterns: &[Pattern]) -> String {
+    let hash = hash_of(patterns);
+    format!("{} (hash {hash})", counted(patterns.len(), "given pattern"))
 }
 
 /// Whether a file with this name is read as a pattern in a folder.

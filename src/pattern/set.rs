@@ -7,11 +7,12 @@ use super::item::{MOST_ITEMS, Pattern};
 use super::poisson::poisson_disk;
 use super::random_stream;
 use super::recipe::Recipe;
-use super::recorded::{RecordedPatterns, files_of};
+use super::recorded::{RecordedPatterns, describe_given, files_of};
 use crate::error::{Error, Result, counted, shown_number};
 use rand::RngExt;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Range of grid spacings and Poisson radii of the balanced set [m] (Jermann et al., results of the
 /// game-theoretic (GT) approach).
@@ -43,6 +44,9 @@ pub enum PatternSource {
     },
     /// A pattern file, or a folder of pattern files.
     Files(PathBuf),
+    /// Patterns that the caller has, at least one; no text stands for them. See
+    /// [`PatternSource::given`].
+    Given(Arc<[Pattern]>),
 }
 
 /// A set of patterns, each with a label, and how they were made.
@@ -57,6 +61,26 @@ pub struct PatternSet {
 }
 
 impl PatternSource {
+    /// The source of these patterns.
+    ///
+    /// # Errors
+    /// There are none.
+    pub fn given(patterns: Vec<Pattern>) -> Result<Self> {
+        if patterns.is_empty() {
+            return Err(Error::usage(
+                "'patterns'",
+                "there is no pattern",
+                "give one or more",
+            ));
+        }
+        Ok(Self::Given(patterns.into()))
+    }
+
+    /// Whether the patterns are recorded or given, and so have their own items, rather than generated.
+    pub fn is_recorded(&self) -> bool {
+        matches!(self, Self::Files(_) | Self::Given(_))
+    }
+
     /// The pattern files that the source reads.
     ///
     /// # Errors
@@ -117,7 +141,7 @@ impl PatternSource {
                 "the balanced set covers a range of flows".into(),
                 "omit 'flow', or choose one feed, for example 'patterns' random:100",
             ),
-            Self::Files(_) => refused(
+            Self::Files(_) | Self::Given(_) => refused(
                 "does not apply to recorded patterns".into(),
                 "omit 'flow'; recorded patterns contain their own items",
             ),
@@ -142,7 +166,7 @@ impl PatternSource {
                     .map_err(|error| error.inside(&self.place()))?;
                 Ok(feeder.expected_items(recipe.items))
             }
-            Self::Files(_) => Ok(0.0),
+            Self::Files(_) | Self::Given(_) => Ok(0.0),
             _ => Ok(recipe.items as f64),
         }
     }
@@ -199,6 +223,13 @@ impl PatternSource {
                 let recorded = RecordedPatterns::load(path)?;
                 set.description = recorded.description(path);
                 (set.labels, set.patterns) = (recorded.labels, recorded.patterns);
+            }
+            Self::Given(patterns) => {
+                set.description = describe_given(patterns);
+                set.labels = (1..=patterns.len())
+                    .map(|n| format!("pattern {n}"))
+                    .collect();
+                set.patterns = patterns.to_vec();
             }
         }
         Ok(set)
@@ -298,7 +329,7 @@ impl PatternSource {
                 let (feed, flow) = (feed.clone(), *flow);
                 Self::Feed { feed, flow, count }.build(recipe).map(Some)
             }
-            Self::Grid(_) | Self::Feed { .. } | Self::Files(_) => Ok(None),
+            Self::Grid(_) | Self::Feed { .. } | Self::Files(_) | Self::Given(_) => Ok(None),
         }
     }
 }

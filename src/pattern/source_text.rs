@@ -3,7 +3,7 @@
 use super::feed::{FEEDS, Feed};
 use super::feeder::check_flow;
 use super::set::{BALANCED_EACH, PatternSource};
-use crate::error::{Error, Result, known_names, shown, shown_number};
+use crate::error::{Error, Result, counted, known_names, shown, shown_number};
 use crate::files::is_path;
 use std::fmt;
 use std::path::Path;
@@ -143,6 +143,7 @@ impl fmt::Display for PatternSource {
                 Ok(())
             }
             Self::Files(path) => write!(f, "{}", path.display()),
+            Self::Given(patterns) => f.write_str(&counted(patterns.len(), "given pattern")),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Steps many environments in parallel, into the caller's buffers.
 
-use super::environment::{DispatchEnvironment, Step};
+use super::environment::{DispatchEnvironment, Step, check_scenes};
 use super::reward::Reward;
 use crate::decision::observation::Layout;
 use crate::error::{Error, Result};
@@ -71,11 +71,12 @@ impl<'a> Batch<'a> {
         reward: Reward,
         streams: &[(u64, u64)],
     ) -> Result<Self> {
-        let make = |stream: &_| DispatchEnvironment::new(scenes, layout, reward, *stream);
+        check_scenes(scenes)?;
+        let make = |stream: &_| DispatchEnvironment::on_checked(scenes, layout, reward, *stream);
         Ok(Self {
             layout,
             first: 0,
-            environments: streams.iter().map(make).collect::<Result<_>>()?,
+            environments: streams.iter().map(make).collect(),
         })
     }
 

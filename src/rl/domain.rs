@@ -103,7 +103,7 @@ impl Domain {
         let place = "the training plan: domain.patterns";
         let source: PatternSource = text.parse().map_err(|error: Error| error.inside(place))?;
         let feed = source.feed().and_then(|feed| feed.file());
-        if feed.is_some() || matches!(source, PatternSource::Files(_)) {
+        if feed.is_some() || source.is_recorded() {
             return Err(Error::usage(
                 place,
                 format!(

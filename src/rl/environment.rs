@@ -17,7 +17,7 @@ use crate::decision::observation::{Encoder, Layout};
 use crate::decision::{Action, Figures};
 use crate::error::{Error, Result};
 use crate::pattern::random_stream;
-use crate::sim::{Run, Scene};
+use crate::sim::{Run, RunBuffers, Scene};
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
 
@@ -42,6 +42,39 @@ fn nothing_due() -> Error {
     )
 }
 
+/// Checks that there is a decision to make on every scene.
+///
+/// # Errors
+/// There is none on some scene, or there are no scenes.
+pub(super) fn check_scenes(scenes: &[Scene]) -> Result<()> {
+    let mut buffers = RunBuffers::default();
+    let mut is_playable = |scene| {
+        let mut run = Run::with_buffers(scene, std::mem::take(&mut buffers));
+        run.look(false);
+        let is_playable = run.next_decision().is_some();
+        buffers = run.into_buffers();
+        is_playable
+    };
+    if !scenes.is_empty() && scenes.iter().all(&mut is_playable) {
+        return Ok(());
+    }
+    Err(Error::input(
+        "the training patterns",
+        "on some, no robot ever has an item to choose, or there are none",
+        "use patterns on the station's belt, with items within reach of a robot while it is not down",
+    ))
+}
+
+/// A reward that no item of `scene` exceeds: the highest that the station gives an item that does not
+/// state its weight, so that scenes of a station agree unless one has heavier items.
+fn most_weight(scene: &Scene) -> f64 {
+    let station = scene.station();
+    let valued = station.classes().iter().map(|class| class.value);
+    let items = scene.pattern().items().iter();
+    let weights = items.map(|item| item.weight_on(station));
+    valued.chain(weights).fold(1.0, f64::max)
+}
+
 /// What an action leads to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
@@ -63,24 +96,25 @@ impl<'a> DispatchEnvironment<'a> {
         reward: Reward,
         (seed, index): (u64, u64),
     ) -> Result<Self> {
-        let playable = |scene: &Scene| {
-            (0..scene.station().robots().len()).any(|robot| !scene.queue(robot).is_empty())
-        };
-        if !scenes.iter().all(playable) || scenes.is_empty() {
-            return Err(Error::input(
-                "the training patterns",
-                "some have no item within reach of a robot, or there are none",
-                "use patterns on the station's belt, with items within reach of a robot",
-            ));
-        }
-        Ok(Self {
+        check_scenes(scenes)?;
+        Ok(Self::on_checked(scenes, layout, reward, (seed, index)))
+    }
+
+    /// Like [`DispatchEnvironment::new`], on scenes for which [`check_scenes`] has found no error.
+    pub(super) fn on_checked(
+        scenes: &'a [Scene<'a>],
+        layout: Layout,
+        reward: Reward,
+        (seed, index): (u64, u64),
+    ) -> Self {
+        Self {
             scenes,
             rng: random_stream(seed, index),
             encoder: Encoder::new(layout),
             reward,
             run: None,
             scene: 0,
-        })
+        }
     }
 
     /// Begins an episode on a randomly drawn scene and writes the first observation
@@ -194,6 +228,24 @@ impl<'a> DispatchEnvironment<'a> {
                 .map(|place| snapshot.candidates[*place].item)
                 .collect()
         })
+    }
+
+    /// The least and the greatest value of each feature of an observation, on any of the scenes; see
+    /// [`Layout::bounds`].
+    pub fn bounds(&self) -> Vec<(f32, f32)> {
+        let layout = self.encoder.layout();
+        let of_scene = |scene: &Scene| {
+            let camera_x = scene.conditions().camera_x;
+            layout.bounds(scene.station(), camera_x, most_weight(scene))
+        };
+        let wider = |mut all: Vec<(f32, f32)>, other: Vec<(f32, f32)>| {
+            for (range, other) in all.iter_mut().zip(other) {
+                *range = (range.0.min(other.0), range.1.max(other.1));
+            }
+            all
+        };
+        let scenes = self.scenes.iter().map(of_scene);
+        scenes.reduce(wider).unwrap_or_default()
     }
 
     /// Index of the scene of the current episode.

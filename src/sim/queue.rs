@@ -243,13 +243,14 @@ impl Queue {
         // From another place there may still be time, but that takes another pick first.
         let opens = (candidate.close >= time && candidate.open <= candidate.close)
             .then(|| candidate.open.max(time));
-        if let Some(opens) = opens {
-            if self.waits {
-                self.free = self.free.min(opens);
-            }
-            // An idle robot could have left for the item earlier, had it been available.
-            self.free = self.free.max(time);
+        if let Some(opens) = opens
+            && self.waits
+        {
+            self.free = self.free.min(opens);
         }
+        // An idle robot could have left for the item earlier, had it been available: also from here, for
+        // an item that it can now only meet from another place.
+        self.free = self.free.max(time);
         // It may still be there if the robot has not decided in the meantime.
         if position < self.next && self.active.iter().all(|c| c.item != candidate.item) {
             self.active.push(candidate);

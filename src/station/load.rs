@@ -31,22 +31,36 @@ pub fn load_with_strategy(
     name: &str,
     overrides: Overrides,
 ) -> Result<(Station, Option<SavedStrategy>)> {
-    if is_file(name) {
-        let path = Path::new(name);
-        if let Some(station) = meant_built_in(path) {
-            return Err(Error::path(
-                name,
-                "the file does not exist",
-                format!("use `{station}` for the built-in station, or check the path"),
-            ));
-        }
-        let text = crate::files::read_text(path)?;
-        return parse_with_strategy(&text, name, overrides);
+    match file_text(name)? {
+        Some(text) => parse_with_strategy(&text, name, overrides),
+        None => load_built_in(name, overrides).map(|station| (station, None)),
     }
-    load_built_in(name, overrides).map(|station| (station, None))
 }
 
-fn load_built_in(name: &str, overrides: Overrides) -> Result<Station> {
+/// The text of the file that `name` refers to; `None` if it refers to a built-in station.
+///
+/// # Errors
+/// If the file cannot be read.
+pub fn file_text(name: &str) -> Result<Option<String>> {
+    if !is_file(name) {
+        return Ok(None);
+    }
+    let path = Path::new(name);
+    if let Some(station) = meant_built_in(path) {
+        return Err(Error::path(
+            name,
+            "the file does not exist",
+            format!("use `{station}` for the built-in station, or check the path"),
+        ));
+    }
+    crate::files::read_text(path).map(Some)
+}
+
+/// The built-in station of this name, even if there is a file with that name.
+///
+/// # Errors
+/// If there is none, or it cannot have these values.
+pub fn load_built_in(name: &str, overrides: Overrides) -> Result<Station> {
     let with_extension = PathBuf::from(format!("{name}.toml"));
     let meant = match with_extension.is_file() {
         true => Some(with_extension),

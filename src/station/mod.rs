@@ -25,7 +25,7 @@ pub use edit::edited;
 pub use file::{Overrides, SavedStrategy, commented_example, parse, parse_with_strategy};
 pub use geometry::Station;
 pub use line::{Line, LineBins};
-pub use load::{is_file, load, load_with_strategy};
+pub use load::{file_text, is_file, load, load_built_in, load_with_strategy};
 pub(crate) use naming::robot_called;
 pub use robot::{Bin, Robot};
 pub use sorting::ClassId;

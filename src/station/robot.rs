@@ -154,6 +154,26 @@ impl Robot {
         self.grasp_time + releases.sum::<f64>() / self.bins.len() as f64
     }
 
+    /// The longest time [s] for a move to an item, from any of its places: no item is met farther from
+    /// the base than the reach.
+    pub fn longest_way_out(&self) -> f64 {
+        let places = (0..self.places()).map(|index| self.place(index));
+        places.map(|at| self.longest_move(at)).fold(0.0, f64::max)
+    }
+
+    /// A time [s] that no pick exceeds.
+    pub fn longest_pick(&self) -> f64 {
+        let bins = self.bins.iter();
+        let back = bins.map(|bin| self.longest_move(bin.at) + bin.release_time);
+        self.longest_way_out() + self.grasp_time + back.fold(0.0, f64::max)
+    }
+
+    /// Time [s] for a move between `at` and the far side of the workspace.
+    fn longest_move(&self, at: Point2<f64>) -> f64 {
+        let way = kinematics::distance(at.x - self.base.x, at.y - self.base.y);
+        self.arm.time(way + self.reach)
+    }
+
     /// The bin for items of this class; `None` if this robot cannot take them.
     pub fn bin_for(&self, class: Option<&str>) -> Option<usize> {
         let names = |bin: &Bin| {

@@ -204,13 +204,15 @@ impl<'a> CompareStudy<'a> {
         let robots = self.station.robots().len();
         let (mut items, mut most) = (0.0, 0);
         for case in self.cases {
-            let patterns = match case.is_random() {
+            // One of a random case, otherwise all.
+            let drawn = case.patterns(self.station.belt(), 1, self.options.seed)?;
+            let length: usize = drawn.iter().map(|(_, pattern)| pattern.len()).sum();
+            let times = match case.is_random() {
                 true => self.options.own.replicates,
                 false => 1,
             };
-            let one = case.patterns(self.station.belt(), 1, self.options.seed)?;
-            let length: usize = one.iter().map(|(_, pattern)| pattern.len()).sum();
-            items += patterns as f64 * length as f64;
+            let patterns = times * drawn.len();
+            items += times as f64 * length as f64;
             most = most.max(patterns);
         }
         if !self.options.own.methods.greedy {

@@ -1,7 +1,9 @@
 //! The patterns that a study scores on.
 
 use crate::error::{Error, Result};
-use crate::pattern::{Attributes, FeedShape, Pattern, PatternSet, PatternSource, Recipe};
+use crate::pattern::{
+    Attributes, Feed, FeedParameters, FeedShape, Pattern, PatternSet, PatternSource, Recipe,
+};
 use crate::sim::Conditions;
 use crate::station::Station;
 use std::str::FromStr;
@@ -70,6 +72,16 @@ impl ScoredPatterns {
         self
     }
 
+    /// With the shape that these parameters give the feed.
+    ///
+    /// # Errors
+    /// As for [`FeedParameters::shape`].
+    pub fn with_parameters(self, parameters: &FeedParameters) -> Result<Self> {
+        let feeds: Vec<&Feed> = self.source.feed().into_iter().collect();
+        let shape = parameters.shape(&feeds)?;
+        Ok(self.with_shape(shape))
+    }
+
     /// With this shape of clusters and gaps.
     #[must_use]
     pub fn with_shape(mut self, shape: FeedShape) -> Self {
@@ -105,7 +117,7 @@ impl ScoredPatterns {
         seed: u64,
         usual_items: usize,
     ) -> Result<(PatternSource, Recipe)> {
-        if matches!(self.source, PatternSource::Files(_)) {
+        if self.source.is_recorded() {
             let given = [
                 ("'items'", self.items.is_some()),
                 ("'area_cm2'", self.attributes.area_cm2.is_some()),
@@ -187,7 +199,7 @@ fn is_repeated(set: &PatternSet, source: &PatternSource, conditions: &Conditions
 fn is_fixed(source: &PatternSource) -> bool {
     match source {
         PatternSource::Feed { feed, .. } => !feed.is_random(),
-        source => matches!(source, PatternSource::Grid(_) | PatternSource::Files(_)),
+        source => source.is_recorded() || matches!(source, PatternSource::Grid(_)),
     }
 }
 

@@ -106,7 +106,7 @@ impl<'a> RobotsDownStudy<'a> {
         let usual = DEFAULT_GRID.1;
         let (source, mut recipe) = options.own.scored.recipe(station, seed, usual)?;
         let mut set = source.build(&recipe)?;
-        let generated = !matches!(source, PatternSource::Files(_));
+        let generated = !source.is_recorded();
         if generated && options.own.scored.items().is_none() && recipe.items == usual {
             let line = LineAt {
                 value: robots as f64,
@@ -143,7 +143,7 @@ impl<'a> RobotsDownStudy<'a> {
         let scored = conditions.with_seed(self.recipe.seed);
         let patterns = &self.set.patterns;
         let robots_down = halt_each_robot(self.station, &methods, patterns, &scored, environment)?;
-        let generated = !matches!(self.source, PatternSource::Files(_));
+        let generated = !self.source.is_recorded();
         notes.extend(condition_notes(&conditions, generated, false));
         Ok(HaltedLine { robots_down, notes })
     }

@@ -89,7 +89,7 @@ impl<'a> SweepStudy<'a> {
         let usual = DEFAULT_GRID.1;
         let (source, mut recipe) = options.own.patterns.recipe(station, seed, usual)?;
         let mut set = source.build(&recipe)?;
-        let generated = !matches!(source, PatternSource::Files(_));
+        let generated = !source.is_recorded();
         if axis == Axis::MinDetection {
             check_training(options, generated, &set)?;
             lines = values::thresholds(&options.own.values, station, &set.patterns)?;
@@ -171,7 +171,7 @@ impl<'a> SweepStudy<'a> {
             self.options.bound,
             environment,
         )?;
-        let generated = !matches!(self.source, PatternSource::Files(_));
+        let generated = !self.source.is_recorded();
         let without_own = generated && self.recipe.attributes.p_grasp.is_none();
         let bounded = self.options.bound;
         notes.extend(condition_notes(&self.conditions, without_own, bounded));

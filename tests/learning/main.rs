@@ -9,6 +9,7 @@ mod imitation;
 #[cfg(feature = "onnx")]
 mod masks;
 mod observation;
+mod observation_bounds;
 mod observation_real;
 mod observation_tables;
 #[cfg(feature = "onnx")]

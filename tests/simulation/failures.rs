@@ -1,5 +1,6 @@
 //! Failing grasps, noisy positions and cameras, case by case.
 
+use crate::real_lines::common_real_lines::{patterns, stations};
 use pickline::checker;
 use pickline::decision::{Action, Failure, FailureCause, Miss, MissReason, Snapshot, Strategy};
 use pickline::dispatch::RuleStrategy;
@@ -8,6 +9,10 @@ use pickline::sim::{
     AssignmentTree, Conditions, Disturbances, Run, Scene, simulate, simulate_rules,
 };
 use pickline::station::{Station, built_in};
+use proptest::prelude::{
+    Just, ProptestConfig, TestCaseError, any, prop, prop_assert, prop_oneof, proptest,
+};
+use proptest::strategy::Strategy as _;
 
 fn paper(robots: usize) -> Station {
     built_in("paper").unwrap().station(Some(robots)).unwrap()
@@ -221,4 +226,40 @@ fn a_tree_on_a_disturbed_scene_gives_every_assignment_its_own_run() {
         assert_eq!(figures, alone.figures, "{rules}");
     })
     .unwrap();
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(1500))]
+
+    /// Arms with several places: an item that is given back when it can no longer be met from where an
+    /// idle arm is must not be offered to it for the past.
+    #[test]
+    fn decisions_are_made_in_order_of_time(
+        (station, pattern) in stations().prop_flat_map(|station| {
+            let width = station.belt().width;
+            (Just(station), patterns(width, 30))
+        }),
+        noise in prop_oneof![Just(0.0), 0.001..0.3f64],
+        (p_grasp, seed) in (0.3..1.0f64, any::<u64>()),
+        choices in prop::collection::vec(0..1000usize, 1..50),
+    ) {
+        let disturbances = Disturbances::default()
+            .with_grasp_failures(true)
+            .with_default_p_grasp(p_grasp)
+            .with_position_noise(noise)
+            .with_seed(seed);
+        let conditions = Conditions::default().with_disturbances(disturbances);
+        let scene = Scene::under(&station, &pattern, conditions).unwrap();
+        let mut run = Run::new(&scene);
+        let mut last = 0.0;
+        let mut choices = choices.iter().cycle();
+        while let Some(snapshot) = run.next_decision() {
+            prop_assert!(snapshot.time >= last, "{} after {last}", snapshot.time);
+            last = snapshot.time;
+            let choice = choices.next().unwrap() % snapshot.candidates.len();
+            run.act(Action::Pick(choice)).unwrap();
+        }
+        checker::check(&station, &pattern, &run.into_outcome())
+            .map_err(|error| TestCaseError::fail(error.to_string()))?;
+    }
 }

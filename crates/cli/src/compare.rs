@@ -6,11 +6,11 @@ use super::pictures;
 use super::progress::Bar;
 use super::session::Session;
 use super::settings::parse_strategy;
-use pickline::error::{Error, Result, counted};
-use pickline::experiment::{Case, CaseSource, load_cases};
+use pickline::error::{Result, counted};
+use pickline::experiment::{Case, CaseSource, load_cases, with_attributes};
 use pickline::files;
 use pickline::optimize::Environment;
-use pickline::pattern::{self, Attributes};
+use pickline::pattern;
 use pickline::plausible::FLOW;
 use pickline::sim::Conditions;
 use pickline::station::Station;
@@ -52,7 +52,7 @@ impl CompareArgs {
         let remark = |text: &str| self.common.remark(text);
         let (station, saved) = self.station.load_with_strategy(&remark)?;
         let attributes = self.attributes.resolve()?;
-        let cases = with_attributes(load_cases(&self.cases)?, attributes)?;
+        let cases = with_attributes(load_cases(&self.cases)?, &attributes)?;
         conditions.check_on(&station)?;
         self.station.check_conditions(&conditions, &station)?;
         self.check_cases(&cases, &station)?;
@@ -138,27 +138,6 @@ impl CompareArgs {
         self.common
             .check_outputs::<ComparisonReport>("compare", &read, &self.pictures.files())
     }
-}
-
-/// `cases`, with these attributes of all items that are generated.
-///
-/// # Errors
-/// There are attributes, but all cases are recorded.
-fn with_attributes(cases: Vec<Case>, attributes: Attributes) -> Result<Vec<Case>> {
-    if attributes == Attributes::default() {
-        return Ok(cases);
-    }
-    if !cases.iter().any(Case::is_generated) {
-        return Err(Error::usage(
-            "--area, --p-detection, --p-grasp and --classes",
-            "do not apply to recorded patterns",
-            "leave them out; recorded patterns have their own items",
-        ));
-    }
-    let cases = cases.into_iter();
-    Ok(cases
-        .map(|case| case.with_attributes(attributes.clone()))
-        .collect())
 }
 
 impl ComparePlan {

@@ -9,7 +9,7 @@ use super::warnings::warn;
 use pickline::error::{Error, Result, shown, shown_number};
 use pickline::files;
 use pickline::optimize::Limits;
-use pickline::pattern::{self, Attributes, Feed, FeedShape, Pattern, grid};
+use pickline::pattern::{self, Attributes, Feed, FeedParameters, FeedShape, Pattern, grid};
 use pickline::planning::Budget;
 use pickline::plausible::{CLUSTER_SPREAD, FLOW, GAP_LENGTH};
 use pickline::sim::{Conditions, Disturbances};
@@ -131,27 +131,13 @@ impl FeedArgs {
     /// A value out of range, or a flag that applies to none of `feeds`; with `--strict`, an
     /// implausible value.
     pub(crate) fn shape(&self, feeds: &[&Feed], station: &StationChoice) -> Result<FeedShape> {
-        for (flag, given, own) in [
-            ("--cluster-size", self.cluster_size, Feed::Clustered),
-            ("--cluster-spread", self.cluster_spread, Feed::Clustered),
-            ("--gap-length", self.gap_length, Feed::Gaps),
-            ("--gap-share", self.gap_share, Feed::Gaps),
-        ] {
-            if given.is_some() && !feeds.contains(&&own) {
-                return Err(Error::usage(
-                    flag,
-                    format!("applies only to the feed {own}"),
-                    format!("leave it out, or use the feed {own}"),
-                ));
-            }
-        }
-        let usual = FeedShape::default();
-        let shape = usual
-            .with_cluster_size(self.cluster_size.unwrap_or(usual.cluster_size))
-            .with_cluster_spread(self.cluster_spread.unwrap_or(usual.cluster_spread))
-            .with_gap_length(self.gap_length.unwrap_or(usual.gap_length))
-            .with_gap_share(self.gap_share.unwrap_or(usual.gap_share));
-        shape.check()?;
+        let parameters = FeedParameters {
+            cluster_size: self.cluster_size,
+            cluster_spread: self.cluster_spread,
+            gap_length: self.gap_length,
+            gap_share: self.gap_share,
+        };
+        let shape = parameters.shape(feeds)?;
         station.check_values(&[
             ("--flow", &FLOW, self.flow),
             ("--cluster-spread", &CLUSTER_SPREAD, self.cluster_spread),

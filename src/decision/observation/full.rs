@@ -53,16 +53,22 @@ pub(super) const GLOBALS: usize = 21;
 pub(super) const FEATURES: usize = 17;
 
 /// The value that represents "never" for a time or duration.
-const NEVER: f32 = 2.0;
+pub(super) const NEVER: f32 = 2.0;
 
 /// The scales of the numbers of one robot.
-struct Scale {
+pub(super) struct Scale {
     /// The time T [s].
     time: f64,
 }
 
 impl Scale {
-    fn log(&self, time: f64) -> f32 {
+    pub(super) fn of(robot: &Robot) -> Self {
+        Self {
+            time: robot.crossing_time(),
+        }
+    }
+
+    pub(super) fn log(&self, time: f64) -> f32 {
         // A robot that waits forever is equivalent to one that waits very long. A polynomial would
         // be faster than `ln`, but rounding does not matter here.
         ((1.0 + time.clamp(0.0, 1e4) / self.time) as f32).ln() / 3.0
@@ -73,7 +79,7 @@ impl Scale {
     }
 }
 
-fn count(items: f32) -> f32 {
+pub(super) fn count(items: f32) -> f32 {
     (1.0 + items).ln() / 4.0
 }
 
@@ -85,9 +91,7 @@ pub(super) fn encode(
     (slots, stride): (&mut [f32], usize),
 ) {
     let moment = snapshot.moment();
-    let scale = Scale {
-        time: moment.robot.crossing_time(),
-    };
+    let scale = Scale::of(moment.robot);
     encode_globals(snapshot, &moment, &scale, globals);
     for (place, slot) in chosen.iter().zip(slots.chunks_exact_mut(stride)) {
         encode_slot(

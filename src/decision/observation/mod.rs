@@ -8,6 +8,7 @@
 //! [`VERSION`] increases with every change of meaning. It is stored in every trained policy, and
 //! policies with a different version are rejected.
 
+mod bounds;
 mod full;
 mod paper;
 mod real;
@@ -18,6 +19,7 @@ use slots::SlotChoice;
 use super::snapshot::Snapshot;
 use super::strategy::Action;
 use crate::error::{Error, Result, known_names, shown};
+use crate::station::Station;
 use std::fmt;
 use std::str::FromStr;
 use strum::VariantArray as _;
@@ -134,6 +136,31 @@ impl Layout {
     /// Length of an observation.
     pub fn observation(&self) -> usize {
         self.globals() + self.slots * self.slot_features()
+    }
+
+    /// The least and the greatest value of each feature on `station`, as many as
+    /// [`Layout::observation`]: all are finite, and 0 is in between. With a camera at `camera_x` [m]; no
+    /// item has a reward above `most_weight`. The patterns do not matter otherwise.
+    pub fn bounds(
+        &self,
+        station: &Station,
+        camera_x: Option<f64>,
+        most_weight: f64,
+    ) -> Vec<(f32, f32)> {
+        let line = bounds::Line {
+            station,
+            camera_x,
+            most_weight,
+        };
+        let (mut bounds, slot) = match self.view {
+            View::Paper => line.paper(),
+            View::Full => line.full(),
+            View::Real => line.real(),
+        };
+        for _ in 0..self.slots {
+            bounds.extend(&slot);
+        }
+        bounds
     }
 
     /// Number of actions, including waiting.

@@ -4,7 +4,10 @@
 use crate::decision::snapshot::Snapshot;
 
 /// Number of robots that are represented; further robots of a longer line are not visible.
-const ROBOTS: usize = 6;
+pub(super) const ROBOTS: usize = 6;
+/// The longest time until free [s] that is represented: a robot that waits forever is equivalent to
+/// one that is busy for a very long time.
+pub(super) const LONGEST: f64 = 1e3;
 /// Busy and time until free [s] of every robot, upstream first.
 pub(super) const GLOBALS: usize = 2 * ROBOTS;
 /// x and y relative to the robot's base [m], processing time [s], reward.
@@ -20,8 +23,7 @@ pub(super) fn encode(
     globals.fill(0.0);
     let robots = snapshot.free_at.len().min(ROBOTS);
     for (index, pair) in globals.chunks_exact_mut(2).enumerate().take(robots) {
-        // A robot that waits forever is equivalent to one that is busy for a very long time.
-        let time = snapshot.time_until_free(index).min(1e3) as f32;
+        let time = snapshot.time_until_free(index).min(LONGEST) as f32;
         pair[0] = f32::from(u8::from(time > 0.0));
         pair[1] = time;
     }

@@ -62,7 +62,7 @@ pub(super) fn encode(
 }
 
 /// `point` relative to the base.
-fn relative(robot: &Robot, point: Point2<f64>) -> (f32, f32) {
+pub(super) fn relative(robot: &Robot, point: Point2<f64>) -> (f32, f32) {
     let away = (point - robot.base) / robot.reach;
     (away.x as f32, (full::side(robot) * away.y) as f32)
 }

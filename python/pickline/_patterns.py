@@ -1,0 +1,37 @@
+"""Patterns as arguments of studies."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+
+from pickline._pickline import Pattern
+
+# A source as after ``--patterns`` of the program, or the patterns themselves.
+Patterns = str | os.PathLike[str] | Pattern | Iterable[Pattern]
+
+# Names or a file as after ``--cases``, or the patterns of one case or of several, by their names.
+Cases = Patterns | Mapping[str, Pattern | Iterable[Pattern]]
+
+
+def as_given(patterns: Patterns) -> str | list[Pattern]:
+    """The source as text, or the patterns as a list."""
+    if isinstance(patterns, Pattern):
+        return [patterns]
+    if isinstance(patterns, str | os.PathLike):
+        return os.fspath(patterns)
+    try:
+        return list(patterns)
+    except TypeError:
+        raise TypeError(
+            f"patterns: {type(patterns).__name__} is neither a source of patterns nor patterns\n"
+            "  cure: give a text such as grid:0.15, a Pattern, or a list of them"
+        ) from None
+
+
+def as_cases(cases: Cases) -> str | list[tuple[str, str | list[Pattern]]]:
+    """The name of the cases, or the patterns of each by its name."""
+    if isinstance(cases, Mapping):
+        return [(name, as_given(patterns)) for name, patterns in cases.items()]
+    given = as_given(cases)
+    return given if isinstance(given, str) else [("given patterns", given)]
