@@ -55,7 +55,7 @@ impl CertifiedReport {
         };
         let cut_short = match self.cut_short {
             true => shown.spelled(
-                "          cut short because the pattern is long: `pickline bound` searches longer \
+                "          cut short to save time: `pickline bound` searches longer \
                  and proves more; a shorter 'slot' helps further\n",
             ),
             false => String::new(),
