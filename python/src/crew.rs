@@ -76,13 +76,13 @@ impl<T: Send + 'static> Crew<T> {
     pub(crate) fn work(&mut self) -> Result<(), Error> {
         let shared = &self.shared;
         let count = shared.portions.len();
+        let pool = if count > 1 { Some(pool()?) } else { None };
         shared.done.store(0, Ordering::Relaxed);
         // Whoever sees that there are portions also sees what is in them.
         shared.next.store(0, Ordering::Release);
-        if count > 1 {
-            self.call_helpers(&*pool()?, count - 1);
+        if let Some(pool) = pool {
+            self.call_helpers(&pool, count - 1);
         }
-        let shared = &self.shared;
         while shared.work_on_next() {}
         let mut looks = 0;
         while shared.done.load(Ordering::Acquire) < count {
