@@ -243,10 +243,10 @@ impl Queue {
         // From another place there may still be time, but that takes another pick first.
         let opens = (candidate.close >= time && candidate.open <= candidate.close)
             .then(|| candidate.open.max(time));
-        if let Some(opens) = opens {
-            if self.waits {
-                self.free = self.free.min(opens);
-            }
+        if let Some(opens) = opens
+            && self.waits
+        {
+            self.free = self.free.min(opens);
         }
         // An idle robot could have left for the item earlier, had it been available: also from here, for
         // an item that it can now only meet from another place.
