@@ -5,6 +5,7 @@ use crate::conditions::ConditionArguments;
 use crate::crew::Crew;
 use crate::errors::exception;
 use crate::pattern::Pattern;
+use crate::portion::{AT_ONCE, Course, Portion, Task, write_steps};
 use crate::scalars;
 use crate::simulate::{figures_by_name, pick_columns};
 use crate::station::Station;
@@ -16,67 +17,12 @@ use numpy::{
 };
 use pickline::Result as Fallible;
 use pickline::decision::observation::{Layout, View};
-use pickline::rl::{self, DispatchEnvironment, Reward, Step};
-use pickline::sim::{Conditions, Scene};
+use pickline::rl::{DispatchEnvironment, Reward};
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rayon::prelude::*;
-use self_cell::self_cell;
 use std::mem;
-use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard};
-
-/// A pattern on its line.
-struct Course {
-    station: Arc<pickline::Station>,
-    pattern: Arc<pickline::Pattern>,
-    conditions: Conditions,
-}
-
-type Scenes<'a> = Vec<Scene<'a>>;
-
-self_cell!(
-    /// Courses with the scenes that borrow them.
-    struct OwnedScenes {
-        owner: Vec<Course>,
-        #[covariant]
-        dependent: Scenes,
-    }
-);
-
-type Environments<'a> = rl::Batch<'a>;
-
-self_cell!(
-    /// Scenes with the environments that borrow them.
-    struct OwnedEnvironments {
-        owner: Arc<OwnedScenes>,
-        #[covariant]
-        dependent: Environments,
-    }
-);
-
-/// Environments that a thread steps together; fewer cost more to hand out than to step.
-const AT_ONCE: usize = 4;
-
-/// Some of the environments, and the buffers of a step.
-struct Portion {
-    environments: OwnedEnvironments,
-    task: Task,
-    actions: Vec<usize>,
-    observations: Vec<f32>,
-    masks: Vec<bool>,
-    steps: Vec<Step>,
-    outcome: Fallible<()>,
-}
-
-/// What is to be done in a portion.
-#[derive(Clone)]
-enum Task {
-    Step,
-    /// A new episode in each environment that is marked.
-    Reset(Vec<bool>),
-}
 
 /// The environments behind ``SortingEnv`` and ``SortingVectorEnv``.
 #[pyclass(frozen, module = "pickline._pickline")]
@@ -101,12 +47,6 @@ type Written<'py> = (
 
 /// The least and the greatest values of observations [observation].
 type Bounds<'py> = (Bound<'py, PyArray1<f32>>, Bound<'py, PyArray1<f32>>);
-
-impl Course {
-    fn scene(&self) -> Fallible<Scene<'_>> {
-        Scene::under(&self.station, &self.pattern, self.conditions.clone())
-    }
-}
 
 /// An array from Python for writing. Only who holds the state of the batch may ask for it, because
 /// Python hands over the same arrays at every step.
@@ -134,67 +74,6 @@ fn rows<'a, T: Element, D: Dimension>(
     Err(PyValueError::new_err(format!(
         "a buffer of the environment: {problem}\n  cure: give a C-contiguous array"
     )))
-}
-
-impl Portion {
-    /// Environments `range` on `scenes`.
-    fn new(
-        scenes: Arc<OwnedScenes>,
-        layout: Layout,
-        reward: Reward,
-        range: Range<usize>,
-    ) -> Fallible<Self> {
-        let count = range.len();
-        let step = Step {
-            reward: 0.0,
-            ended: None,
-        };
-        Ok(Self {
-            environments: OwnedEnvironments::try_new(scenes, |scenes| {
-                rl::Batch::part(scenes.borrow_dependent(), layout, reward, range, 0)
-            })?,
-            task: Task::Step,
-            actions: vec![0; count],
-            observations: vec![0.0; count * layout.observation()],
-            masks: vec![false; count * layout.actions()],
-            steps: vec![step; count],
-            outcome: Ok(()),
-        })
-    }
-
-    /// Sets the actions of the next step.
-    fn choose(&mut self, actions: &[usize]) -> Fallible<()> {
-        self.task = Task::Step;
-        self.actions.copy_from_slice(actions);
-        self.environments
-            .with_dependent_mut(|_, batch| batch.check_actions(actions))
-    }
-
-    /// Does what is to be done.
-    fn work(&mut self) {
-        let Self {
-            environments,
-            task,
-            actions,
-            observations,
-            masks,
-            steps,
-            outcome,
-        } = self;
-        *outcome = environments.with_dependent_mut(|_, batch| match task {
-            Task::Step => batch.step(actions, observations, masks, steps),
-            Task::Reset(chosen) => {
-                batch.reset_chosen(chosen, observations, masks);
-                Ok(())
-            }
-        });
-    }
-
-    /// Calls `work` with environment `index`.
-    fn with<T>(&mut self, index: usize, work: impl FnOnce(&mut DispatchEnvironment) -> T) -> T {
-        self.environments
-            .with_dependent_mut(|_, batch| work(&mut batch.environments()[index]))
-    }
 }
 
 /// The state of a batch, which nobody else has meanwhile.
@@ -277,28 +156,6 @@ impl Batch {
     }
 }
 
-/// Writes rewards and ends, and the counts and values of the episodes that are over.
-fn write_steps(
-    steps: &[Step],
-    (rewards, ended): (&mut [f64], &mut [bool]),
-    (counts, values): (&mut [i64], &mut [f64]),
-) {
-    let rows = counts.chunks_exact_mut(2).zip(values.chunks_exact_mut(4));
-    let flags = rewards.iter_mut().zip(ended);
-    for ((step, (reward, ended)), (counts, values)) in steps.iter().zip(flags).zip(rows) {
-        *reward = step.reward;
-        *ended = step.ended.is_some();
-        if let Some(figures) = &step.ended {
-            counts.copy_from_slice(&[figures.items as i64, figures.picked as i64]);
-            let (rate, weighted) = (figures.picking_rate(), figures.weighted_rate());
-            values.copy_from_slice(&[figures.weight, figures.end, rate, weighted]);
-        } else {
-            counts.fill(0);
-            values.fill(0.0);
-        }
-    }
-}
-
 #[pymethods]
 impl Batch {
     #[new]
@@ -332,22 +189,11 @@ impl Batch {
             conditions: conditions.of_place(place),
         };
         let courses: Vec<_> = patterns.into_iter().enumerate().map(course).collect();
-        let portions: Vec<Portion> = work::parallel(py, || {
-            reward.check()?;
-            let scenes = OwnedScenes::try_new(courses, |courses| {
-                courses.par_iter().map(Course::scene).collect()
-            })?;
-            let scenes = Arc::new(scenes);
-            let portion = |first| {
-                let range = first..count.min(first + AT_ONCE);
-                Portion::new(Arc::clone(&scenes), layout, reward, range)
-            };
-            (0..count).step_by(AT_ONCE).map(portion).collect()
-        })?;
+        let crew = work::parallel(py, || Portion::all(courses, layout, reward, count))?;
         Ok(Self {
             layout,
             count,
-            state: Mutex::new(Some(Crew::new(portions, Portion::work))),
+            state: Mutex::new(Some(crew)),
         })
     }
 

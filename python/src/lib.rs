@@ -17,6 +17,7 @@ mod errors;
 mod frame;
 mod optimize;
 mod pattern;
+mod portion;
 mod program;
 mod progress;
 mod report;

@@ -284,6 +284,38 @@ mod tests {
         assert_eq!(built_in_cases("papre"), None);
     }
 
+    #[test]
+    fn given_patterns_are_a_case_with_all_of_them() {
+        let patterns = [0.2, 0.3].map(|spacing| grid(BELT.width, spacing, 5).unwrap());
+        let case = Case::given("mine", patterns.to_vec()).unwrap();
+        let drawn = case.patterns(&BELT, 1, 7).unwrap();
+        assert_eq!(drawn, patterns.clone().map(|pattern| (None, pattern)));
+        let other = Case::given("mine", vec![patterns[0].clone()]).unwrap();
+        assert!(case.in_words().starts_with("mine, 2 given patterns (hash "));
+        assert_ne!(case.in_words(), other.in_words());
+        let attributes = Attributes::named(Some("const:80"), None, None, None).unwrap();
+        let refused = with_attributes(vec![case.clone()], &attributes).unwrap_err();
+        assert!(
+            refused
+                .to_string()
+                .contains("do not apply to recorded patterns")
+        );
+        let both = [vec![case], built_in_cases("paper").unwrap()].concat();
+        let both = with_attributes(both, &attributes).unwrap();
+        assert_eq!(both[0].attributes, Attributes::default());
+        assert_eq!(both[1].attributes, attributes);
+        for (name, patterns, words) in [
+            ("", patterns.to_vec(), "give every case a name"),
+            ("mine", Vec::new(), "the case `mine` has no pattern"),
+        ] {
+            let message = Case::given(name, patterns).unwrap_err().to_string();
+            assert!(
+                message.contains("'cases'") && message.contains(words),
+                "{message}"
+            );
+        }
+    }
+
     fn of(source: CaseSource, items: usize) -> Case {
         Case {
             name: "c".into(),
@@ -306,6 +338,7 @@ mod tests {
         std::fs::write(&own, "id,x,y\n1,0,0\n").unwrap();
         // 30 items a minute for two minutes.
         std::fs::write(&profile, "time_s,flow_per_min\n0,30\n120,30\n").unwrap();
+        let one = grid(BELT.width, 0.2, 4).unwrap();
         let feed = |feed| CaseSource::Feed(feed, Some(60.0));
         let shift = || CaseSource::Feed(Feed::Profile(profile.clone()), None);
         for (source, random, generated, file, expected) in [
@@ -315,6 +348,7 @@ mod tests {
             (feed(Feed::Random), true, true, None, 40.0),
             (shift(), true, true, Some(&profile), 40.0),
             (CaseSource::File(own.clone()), false, false, Some(&own), 0.0),
+            (CaseSource::Given([one].into()), false, false, None, 0.0),
         ] {
             let case = of(source, 40);
             let what = format!("{:?}", case.source);

@@ -447,6 +447,28 @@ mod tests {
     }
 
     #[test]
+    fn given_patterns_are_the_set_and_have_no_fresh_ones() {
+        let patterns = [0.2, 0.3].map(|spacing| grid(1.05, spacing, 5).unwrap());
+        let source = PatternSource::given(patterns.to_vec()).unwrap();
+        let set = source.build(&RECIPE).unwrap();
+        assert_eq!(set.patterns, patterns);
+        assert_eq!(set.labels, ["pattern 1", "pattern 2"]);
+        assert!(set.description.starts_with("2 given patterns (hash "));
+        assert_eq!(source.to_string(), "2 given patterns");
+        assert!(source.is_recorded() && !PatternSource::Grid(0.2).is_recorded());
+        assert!(source.draw_fresh(&RECIPE, 3).unwrap().is_none());
+        let training = source.training_set(&RECIPE, 9).unwrap();
+        assert!(training.seen && training.set.patterns == patterns);
+        let message = source.with_flow(Some(60.0)).unwrap_err().to_string();
+        assert!(
+            message.contains("does not apply to recorded patterns"),
+            "{message}"
+        );
+        let message = PatternSource::given(Vec::new()).unwrap_err().to_string();
+        assert!(message.contains("there is no pattern"), "{message}");
+    }
+
+    #[test]
     fn sources_are_read_and_shown() {
         for text in [
             "balanced:3",
