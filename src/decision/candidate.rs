@@ -88,6 +88,7 @@ impl Shuttle {
 impl<'a> Moment<'a> {
     /// Robot `index` of `station`, whose arm is at its place `place` ([`Robot::place`]) and which
     /// decides at `time` [s].
+    #[inline]
     pub fn new(station: &'a Station, index: usize, place: usize, time: f64) -> Self {
         Self::at(&station.robots()[index], station.belt(), place, time)
     }

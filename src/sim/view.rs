@@ -32,17 +32,22 @@ impl ItemsInView {
         while self.first < self.end && x(self.first) > belt.length {
             self.first += 1;
         }
+        let known = &seen[self.first..self.end];
         self.items.clear();
-        let known = seen[self.first..self.end].iter();
-        let unclaimed = known.filter(|seen| !claims.contains(seen.item));
-        self.items.extend(unclaimed.map(|seen| BeltItem {
-            item: seen.item,
-            x0: seen.x0,
-            x: seen.x0 + belt.speed * time,
-            y: seen.y,
-            weight: seen.weight,
-            class: seen.class,
-            odds: scene.odds(seen.item),
-        }));
+        // A filtered iterator would not know how many there are at most.
+        self.items.reserve(known.len());
+        for seen in known {
+            if !claims.contains(seen.item) {
+                self.items.push(BeltItem {
+                    item: seen.item,
+                    x0: seen.x0,
+                    x: seen.x0 + belt.speed * time,
+                    y: seen.y,
+                    weight: seen.weight,
+                    class: seen.class,
+                    odds: scene.odds(seen.item),
+                });
+            }
+        }
     }
 }

@@ -125,6 +125,7 @@ struct Errand<'a> {
 impl Errand<'_> {
     /// The best pick for a departure at or after `time` [s]: the shortest processing time [s] and
     /// the corresponding departure time [s]. `None` if the item is out of reach.
+    #[inline(always)]
     fn best_to_come(&self, belt: &Belt, time: f64) -> Option<(f64, f64)> {
         let Self {
             robot,
@@ -154,6 +155,7 @@ impl Errand<'_> {
 
     /// The same for any arm and bin, among the soonest meeting point and those opposite the arm's
     /// place, opposite the bin and half-way.
+    #[inline(never)]
     fn best_of_some(&self, belt: &Belt, time: f64, (x_in, x_out): (f64, f64)) -> (f64, f64) {
         let (robot, from, bin) = (self.robot, self.from, self.bin);
         let x = self.x0 + belt.speed * time;
