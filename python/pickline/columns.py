@@ -14,6 +14,11 @@ from pickline import _pickline
 
 __all__ = ["Columns", "texts"]
 
+# What columns hold.
+Texts = NDArray[np.object_]
+Counts = NDArray[np.int64]
+Numbers = NDArray[np.float64]
+
 
 @dataclass(frozen=True, eq=False)
 class Columns:

@@ -6,15 +6,12 @@ import os
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from pickline import _pickline
 from pickline._patterns import Cases, as_cases
 from pickline._pickline import Station
 from pickline._progress import Progress, watcher
 from pickline._strategies import Strategies, as_strategies
-from pickline.columns import Columns
+from pickline.columns import Columns, Counts, Numbers, Texts
 from pickline.purity import Purities
 from pickline.result import Result, call_text, partial
 from pickline.simulation import as_station, conditions
@@ -29,10 +26,6 @@ __all__ = [
     "Throughputs",
     "compare",
 ]
-
-Texts = NDArray[np.object_]
-Counts = NDArray[np.int64]
-Numbers = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

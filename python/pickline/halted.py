@@ -6,22 +6,16 @@ import os
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from pickline import _pickline
 from pickline._patterns import Patterns, as_given
 from pickline._pickline import Station
 from pickline._progress import Progress, watcher
 from pickline._strategies import Strategies, as_strategies
-from pickline.columns import Columns
+from pickline.columns import Columns, Numbers, Texts
 from pickline.result import Result, call_text, partial
 from pickline.simulation import as_station, conditions
 
 __all__ = ["HaltedPoints", "RobotsDown", "robots_down"]
-
-Texts = NDArray[np.object_]
-Numbers = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

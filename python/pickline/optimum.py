@@ -14,15 +14,11 @@ from pickline._patterns import Patterns, as_given
 from pickline._pickline import Station
 from pickline._progress import Progress, watcher
 from pickline._strategies import Strategies, as_strategies
-from pickline.columns import Columns
+from pickline.columns import Columns, Counts, Numbers, Texts
 from pickline.result import Result, call_text, partial
 from pickline.simulation import as_station, search_conditions
 
 __all__ = ["Optimum", "Ranking", "ScoredStrategies", "optimize"]
-
-Texts = NDArray[np.object_]
-Counts = NDArray[np.int64]
-Numbers = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

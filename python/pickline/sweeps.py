@@ -7,23 +7,18 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pickline import _pickline
 from pickline._patterns import Patterns, as_given
 from pickline._pickline import Station
 from pickline._progress import Progress, watcher
 from pickline._strategies import Strategies, as_strategies
-from pickline.columns import Columns, texts
+from pickline.columns import Columns, Counts, Numbers, Texts, texts
 from pickline.purity import Purities
 from pickline.result import Result, call_text, partial
 from pickline.simulation import as_station, conditions
 
 __all__ = ["Limits", "Points", "Sweep", "SweptClasses", "SweptPurities", "Thresholds", "sweep"]
-
-Texts = NDArray[np.object_]
-Counts = NDArray[np.int64]
-Numbers = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,14 +11,11 @@ from numpy.typing import NDArray
 
 from pickline import _pickline
 from pickline._pickline import Pattern, Station
-from pickline.columns import Columns
+from pickline.columns import Columns, Numbers, Texts
 from pickline.result import Result, call_text
 from pickline.simulation import as_station
 
 __all__ = ["Verification", "Violations", "check"]
-
-Texts = NDArray[np.object_]
-Numbers = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
