@@ -9,7 +9,7 @@ use super::windows::Windows;
 use crate::decision::{Candidate, Figures, LeftItem, LeftReason, Odds};
 use crate::error::{Error, Result};
 use crate::pattern::{Item, Pattern};
-use crate::station::{Belt, ClassId, Station};
+use crate::station::{Belt, ClassId, Robot, Station};
 
 /// A pattern on a station, with every departure window computed once. All runs of the pattern share
 /// the scene, whatever the strategy.
@@ -150,6 +150,7 @@ impl<'a> Scene<'a> {
             .iter()
             .map(|robot| (robot.places() > 1).then(|| Windows::new(robot.places(), items)))
             .collect();
+        let starts: Vec<_> = station.robots().iter().map(Robot::start).collect();
         for seen in &self.sightings {
             if self.not_offered.contains(seen.item) {
                 continue;
@@ -160,13 +161,10 @@ impl<'a> Scene<'a> {
                 let Some(bin) = station.bin_for(index, seen.class) else {
                     continue;
                 };
-                let window = |place: usize| {
-                    let (open, close) = robot.departure_window(belt, place, seen.x0, seen.y)?;
-                    let open = known.map_or(open, |known| open.max(known));
-                    (open <= close).then_some((open, close))
-                };
+                let window = |place| window_when_known(robot, belt, place, seen, known);
                 let widest = match &mut self.windows[index] {
-                    None => window(robot.start()),
+                    // In place, because a closure that is called twice is not inlined.
+                    None => window_when_known(robot, belt, starts[index], seen, known),
                     Some(windows) => windows.fill(seen.item, window),
                 };
                 let Some((open, close)) = widest else {
@@ -464,6 +462,20 @@ pub(crate) fn check_offered(station: &Station, patterns: &[Pattern]) -> Result<(
         "give the items classes that robots have bins for, by 'classes' (such as pet:0.4,hdpe:0.6) \
          where patterns are generated or by the column class of a file",
     ))
+}
+
+/// The departure window [s] of an item for a robot at its place `place`, from `known` [s] on.
+#[inline(always)]
+fn window_when_known(
+    robot: &Robot,
+    belt: &Belt,
+    place: usize,
+    seen: &CameraItem,
+    known: Option<f64>,
+) -> Option<(f64, f64)> {
+    let (open, close) = robot.departure_window(belt, place, seen.x0, seen.y)?;
+    let open = known.map_or(open, |known| open.max(known));
+    (open <= close).then_some((open, close))
 }
 
 /// When the item passes a camera at `x` [m], from which time on it is known [s].
