@@ -3,7 +3,7 @@
 
 mod arrivals;
 
-use crate::decision::{Outcome, Pick};
+use crate::decision::{LeftItem, LeftReason, Outcome, Pick};
 use crate::sim::Scene;
 use crate::stats::{self, Interval};
 use arrivals::{Arrivals, Changes};
@@ -50,7 +50,10 @@ pub struct Unsteady {
 #[derive(Debug, Clone, PartialEq)]
 pub enum UnsteadyReason {
     /// No item is to be picked.
-    Empty,
+    Empty {
+        /// Whether some are left because of their probability of detection.
+        uncertain: bool,
+    },
     /// The whole pattern belongs to run-in and run-out: its items arrive within `lasts` [s], too
     /// short compared with the longest departure window of `window` [s].
     Short {
@@ -60,6 +63,11 @@ pub enum UnsteadyReason {
         window: f64,
         /// Number of items of this density that is enough; `None` if there is no density.
         items: Option<usize>,
+    },
+    /// No item arrives between the run-in and the run-out.
+    Bunched {
+        /// The longest departure window [s].
+        window: f64,
     },
     /// Run-in or run-out takes half or more of the remaining pattern.
     Drifting {
@@ -78,8 +86,12 @@ const MSER_BATCH: usize = 5;
 impl fmt::Display for UnsteadyReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Empty => f.write_str(
+            Self::Empty { uncertain: false } => f.write_str(
                 "no item is to be picked; give the items classes that robots have bins for",
+            ),
+            Self::Empty { uncertain: true } => f.write_str(
+                "no item is to be picked: their probabilities of detection are below the threshold; \
+                 give a lower one",
             ),
             Self::Short {
                 lasts,
@@ -97,6 +109,12 @@ impl fmt::Display for UnsteadyReason {
                     None => write!(f, "give a longer one"),
                 }
             }
+            Self::Bunched { window } => write!(
+                f,
+                "no items arrive between {window:.1} s after the first item and {window:.1} s before the \
+                 last one, {window:.1} s being the longest departure window; give a pattern with items \
+                 in between"
+            ),
             Self::Drifting { items } => write!(
                 f,
                 "run-in and run-out take half of the pattern or more; give {items} items or more"
@@ -124,7 +142,10 @@ pub fn steady_state(scene: &Scene, outcome: &Outcome) -> Result<SteadyState, Uns
         })
     };
     if scene.offered() == 0 {
-        return unsteady(UnsteadyReason::Empty);
+        let low = |left: &LeftItem| left.reason == LeftReason::LowDetection;
+        return unsteady(UnsteadyReason::Empty {
+            uncertain: scene.left().iter().any(low),
+        });
     }
     let window = longest_window(scene);
     let groups = arrivals.starts.len();
@@ -143,6 +164,9 @@ pub fn steady_state(scene: &Scene, outcome: &Outcome) -> Result<SteadyState, Uns
     let begin = (0..groups).find(|&g| arrivals.time(g) >= first + window);
     let end = (0..groups).rfind(|&g| arrivals.time(g) <= last - window);
     let (begin, end) = (begin.unwrap_or(0), end.unwrap_or(groups - 1));
+    if begin >= end {
+        return unsteady(UnsteadyReason::Bunched { window });
+    }
     let whole = arrivals.starts[begin]..arrivals.starts[end];
     let drifting = UnsteadyReason::Drifting {
         items: 2 * arrivals.items(),
@@ -153,7 +177,7 @@ pub fn steady_state(scene: &Scene, outcome: &Outcome) -> Result<SteadyState, Uns
         Ok(state)
     };
     let changes = arrivals.changes();
-    if begin < end && changes == Changes::InOrder {
+    if changes == Changes::InOrder {
         return summarise(begin..end, true);
     }
     let left = truncate(whole, &pick_series(&arrivals, scene, outcome)).and_then(|left| {
@@ -166,7 +190,7 @@ pub fn steady_state(scene: &Scene, outcome: &Outcome) -> Result<SteadyState, Uns
         Some(left) if changes == Changes::None || !arrivals.elsewhere(&left) => {
             summarise(left, false)
         }
-        None if begin >= end || changes != Changes::Uneven => unsteady(drifting),
+        None if changes != Changes::Uneven => unsteady(drifting),
         _ => summarise(begin..end, true),
     }
 }

@@ -212,6 +212,27 @@ fn short_patterns_have_none_and_say_what_is_enough() {
     assert!(few.missing.is_some() && few.utilisation.is_empty());
 }
 
+/// A pattern of two bunches has items in its run-in and its run-out only, however long it lasts.
+#[test]
+fn bunches_far_apart_have_no_steady_state() {
+    let station = paper(2);
+    for (near, far) in [(1, 1), (2, 1), (1, 2), (10, 10)] {
+        let bunch = |count: u32, x: f64| {
+            (0..count).map(move |i| {
+                let x = x - 0.15 * f64::from(i);
+                Item::at(format!("{x}"), x, 0.0)
+            })
+        };
+        let items = bunch(near, 0.0).chain(bunch(far, -50.0)).collect();
+        let none = run(&station, &Pattern::new(items).unwrap(), "SPT,FIFO").unwrap_err();
+        assert!(
+            matches!(none.reason, UnsteadyReason::Bunched { .. }),
+            "{near} {far}: {none:?}"
+        );
+        assert!(none.reason.to_string().contains("items in between"));
+    }
+}
+
 /// A robot that meets every item at the same place, but for some at either end of the pattern
 /// that it misses: these are cut off in batches of five, by docs/model.md, step 2.
 #[test]
