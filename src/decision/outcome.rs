@@ -169,9 +169,17 @@ pub struct Figures {
 }
 
 impl Figures {
-    /// The picked share k / n; not a number if no item is to be picked.
+    /// The picked share k / n; 1 if no item is to be picked, because none is missed.
     pub fn picked_share(&self) -> f64 {
-        self.picked as f64 / self.items as f64
+        self.share_of(self.picked as f64)
+    }
+
+    /// The share `picked` / n; 1 if no item is to be picked.
+    pub(crate) fn share_of(&self, picked: f64) -> f64 {
+        match self.items {
+            0 => 1.0,
+            items => picked / items as f64,
+        }
     }
 
     /// The picking rate 60 k / T [1/min]; 0 if the run ends at time 0.
@@ -247,6 +255,12 @@ mod tests {
     #[test]
     fn figures_are_per_item_and_per_minute() {
         assert_eq!(FIGURES.picked_share(), 0.75);
+        let nothing = Figures {
+            items: 0,
+            picked: 0,
+            ..FIGURES
+        };
+        assert_eq!((nothing.picked_share(), nothing.complete()), (1.0, true));
         assert_eq!(FIGURES.picking_rate(), 75.0);
         assert_eq!(FIGURES.weighted_rate(), 45.0);
         assert_eq!(FIGURES.rate_of(30), 15.0);

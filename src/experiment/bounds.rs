@@ -63,12 +63,15 @@ pub fn add_bounds(
 fn summarise(result: &CaseResult, bounds: &[Bound]) -> CaseBound {
     let first = &result.methods[0];
     let picks: Vec<usize> = bounds.iter().map(|bound| bound.value as usize).collect();
-    let items: usize = first.runs.iter().map(|run| run.figures.items).sum();
     let most: usize = picks.iter().sum();
+    let shares = bounds.iter().zip(&first.runs);
+    let shares: Vec<f64> = shares
+        .map(|(bound, run)| run.figures.share_of(bound.value))
+        .collect();
     let rates: Option<Vec<f64>> = bounds.iter().map(|bound| bound.rate).collect();
     let mean = rates.as_deref().map(stats::mean);
     CaseBound {
-        picked_share: most as f64 / items as f64,
+        picked_share: stats::mean(&shares),
         picking_rate: mean,
         difference: rates.and_then(|rates| {
             let rates = rates.iter().zip(&first.runs);

@@ -75,7 +75,7 @@ pub struct Comparison {
 pub struct CaseBound {
     /// Upper bound on the number of items picked from each pattern.
     pub picks: Vec<usize>,
-    /// Mean of these bounds as a share of the items.
+    /// Mean over the patterns of these bounds as shares of the items.
     pub picked_share: f64,
     /// Mean of the highest possible rates [1/min]; `None` if some pattern has no finite bound.
     pub picking_rate: Option<f64>,

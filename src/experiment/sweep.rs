@@ -215,18 +215,10 @@ fn summarise_methods(methods: &[Method], by_pattern: &[Runs]) -> Vec<SweepPoint>
 fn summarise_bounds(by_pattern: &[Runs]) -> Option<SweepBound> {
     let bounds = by_pattern.iter().map(|runs| runs.bound.as_ref());
     let bounds: Vec<&Bound> = bounds.collect::<Option<_>>()?;
-    let items = by_pattern.iter().map(|runs| runs.runs[0].figures.items);
+    let figures = by_pattern.iter().map(|runs| runs.runs[0].figures);
     let rates: Option<Vec<f64>> = bounds.iter().map(|bound| bound.rate).collect();
-    let shares = bounds.iter().zip(items.clone());
-    // Where there is nothing to pick, everything is picked.
-    let share = |value: f64, items: usize| {
-        if items == 0 {
-            1.0
-        } else {
-            value / items as f64
-        }
-    };
-    let shares: Vec<f64> = shares.map(|(b, items)| share(b.value, items)).collect();
+    let shares = bounds.iter().zip(figures);
+    let shares: Vec<f64> = shares.map(|(b, run)| run.share_of(b.value)).collect();
     Some(SweepBound {
         picked_share: stats::mean(&shares),
         picking_rate: rates.map(|rates| stats::mean(&rates)),
@@ -237,9 +229,7 @@ fn summarise_bounds(by_pattern: &[Runs]) -> Option<SweepBound> {
 fn summarise(method: &Method, runs: &[&MethodRun], most: Option<f64>) -> SweepPoint {
     let figures: Vec<Figures> = runs.iter().map(|run| run.figures).collect();
     let all = |of: &dyn Fn(&Figures) -> f64| -> Vec<f64> { figures.iter().map(of).collect() };
-    let mut shares = all(&Figures::picked_share);
-    // Patterns of which nothing is to be picked have none.
-    shares.retain(|share| !share.is_nan());
+    let shares = all(&Figures::picked_share);
     let rates = all(&Figures::picking_rate);
     let contents: Option<Vec<_>> = runs.iter().map(|run| run.contents.as_ref()).collect();
     let of_patterns = |holds: &dyn Fn(&Figures) -> bool| {
@@ -255,7 +245,7 @@ fn summarise(method: &Method, runs: &[&MethodRun], most: Option<f64>) -> SweepPo
         picking_rate_interval: stats::rate_mean_interval(&rates),
         weighted_rate: stats::mean(&all(&Figures::weighted_rate)),
         complete_share: of_patterns(&Figures::complete),
-        nearly_complete_share: of_patterns(&|run| run.complete() || run.picked_share() >= 0.99),
+        nearly_complete_share: of_patterns(&|run| run.picked_share() >= 0.99),
         certified: most.map(|most| {
             let picked: usize = figures.iter().map(|run| run.picked).sum();
             certified_percent(picked as f64, most)

@@ -100,6 +100,34 @@ pub fn evaluate(evaluator: &Evaluator) -> Evaluation {
     evaluator.evaluate(all(), &environment(&GO_ON)).unwrap()
 }
 
+/// A pattern of which nothing is to be picked counts as picked completely in every search, as it does
+/// where patterns are counted.
+#[test]
+fn a_pattern_without_wanted_items_is_picked_completely() {
+    let station = built_in("sorting").unwrap().station(None).unwrap();
+    let item = |id: u32, class: &str| Item {
+        class: Some(class.into()),
+        ..Item::at(id.to_string(), -0.1 * f64::from(id), 0.0)
+    };
+    let wanted = (0..40).map(|id| item(id, "pet")).collect();
+    let patterns = [vec![item(0, "wood")], wanted].map(|items| Pattern::new(items).unwrap());
+    let objective = Objective::PickedShare;
+    let conditions = Conditions::default();
+    let evaluator = Evaluator::new(&station, &patterns, objective, &conditions).unwrap();
+    let rules: Vec<RuleAssignment> = ["FIFO", "SPT"]
+        .map(|rule| RuleAssignment::new(vec![rule.parse().unwrap(); station.robots().len()]))
+        .into();
+    let found = evaluator
+        .evaluate(rules.clone(), &environment(&GO_ON))
+        .unwrap();
+    for (rules, score) in rules.iter().zip(&found.scores) {
+        let run = figures(&station, &patterns[1], &conditions, rules);
+        let share = run.picked as f64 / 40.0;
+        assert_eq!(score.values, [1.0, share]);
+        assert!((score.picked_share - 0.5 * (1.0 + share)).abs() < 1e-12);
+    }
+}
+
 /// Every score is the figure of a run of its own, under the conditions with the luck of the
 /// pattern's place.
 #[test]

@@ -11,7 +11,7 @@ use pickline::experiment::ClassBound;
 use pickline::planning::bound::certified_percent;
 use pickline::purity::bin_contents;
 use pickline::sim::{ClassRun, Scene, class_runs};
-use pickline::station::Robot;
+use pickline::station::{Robot, Station};
 use pickline::throughput::{Throughput, steady_state};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -29,7 +29,7 @@ pub struct RunReport {
     pub items: usize,
     /// Number of items picked.
     pub picked: usize,
-    /// Share of the items picked.
+    /// Share of the items picked; not a number, `null` in JSON, if none is to be picked.
     pub picked_share: f64,
     /// End of the run [s].
     pub end_s: f64,
@@ -206,17 +206,23 @@ fn missed_by_reason(scene: &Scene, outcome: &Outcome) -> BTreeMap<&'static str, 
     counts
 }
 
-/// The name of the bin of a pick, unless the robot has one bin for everything.
-fn bin_name(robot: &Robot, pick: &Pick) -> Option<String> {
-    let bin = &robot.bins[usize::from(pick.bin)];
-    (!robot.has_only_bin()).then(|| bin.name.clone())
+/// The name of the bin of a pick, unless every robot has one bin for everything.
+fn bin_name(station: &Station, pick: &Pick) -> Option<String> {
+    let bin = &station.robots()[pick.robot].bins[usize::from(pick.bin)];
+    has_bins(station).then(|| bin.name.clone())
 }
 
-/// What went into each bin of robot number `index`, unless it has one bin for everything.
-fn bins_of(index: usize, robot: &Robot, outcome: &Outcome) -> Vec<BinRunReport> {
-    if robot.has_only_bin() {
+/// Whether it matters into which bin something goes.
+fn has_bins(station: &Station) -> bool {
+    !station.robots().iter().all(Robot::has_only_bin)
+}
+
+/// What went into each bin of robot number `index`, unless every robot has one bin for everything.
+fn bins_of(index: usize, station: &Station, outcome: &Outcome) -> Vec<BinRunReport> {
+    if !has_bins(station) {
         return Vec::new();
     }
+    let robot = &station.robots()[index];
     let own = || outcome.picks.iter().filter(|pick| pick.robot == index);
     let bins = robot.bins.iter().enumerate();
     bins.map(|(number, bin)| BinRunReport {
@@ -258,7 +264,7 @@ impl RunReport {
         let pick = |pick: &Pick| PickReport {
             robot: pick.robot,
             item: id(pick.item),
-            bin: bin_name(&station.robots()[pick.robot], pick),
+            bin: bin_name(station, pick),
             decide_s: pick.decide,
             grasp_s: pick.grasp,
             release_s: pick.release,
@@ -269,7 +275,10 @@ impl RunReport {
             throughput: ThroughputReport::new(&steady),
             items: figures.items,
             picked: figures.picked,
-            picked_share: figures.picked_share(),
+            picked_share: match figures.items {
+                0 => f64::NAN,
+                _ => figures.picked_share(),
+            },
             end_s: figures.end,
             picking_rate_per_min: figures.picking_rate(),
             weighted_rate_per_min: figures.weighted_rate(),
@@ -278,7 +287,7 @@ impl RunReport {
                 .map(|(place, (robot, did))| {
                     let busy_share = steady.utilisation.get(place).copied();
                     let mut report = RobotRunReport::new(robot, did, figures.end, busy_share);
-                    report.bins = bins_of(place, robot, outcome);
+                    report.bins = bins_of(place, station, outcome);
                     report.down_s = outages.then(|| outcome.time_down(place));
                     report
                 })
