@@ -4,15 +4,17 @@
 //! simulation to the real world", arXiv 1703.06907; Bengio et al., "Curriculum learning",
 //! ICML 2009 (DOI 10.1145/1553374.1553380).
 
+use super::environment::is_playable;
 use crate::error::{Error, Result, shown};
 use crate::pattern::{ClassShares, Pattern, PatternSource, grid, poisson_disk, random_stream};
 use crate::setters::setters;
-use crate::sim::{Conditions, Disturbances, Scene};
+use crate::sim::{Conditions, Disturbances, RunBuffers, Scene};
 use crate::station::Station;
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 
 /// An interval, both ends included.
 pub type ClosedInterval = (f64, f64);
@@ -148,14 +150,18 @@ pub fn scenes(courses: &[Course]) -> Result<Vec<Scene<'_>>> {
 }
 
 impl Domain {
-    /// The scenes of drawn courses, with the domain's update frequency.
+    /// The scenes of drawn courses, with the domain's update frequency, but for those on which there is
+    /// nothing to decide.
     ///
     /// # Errors
     /// A pattern that does not fit on the belt, or an invalid update frequency.
     pub fn scenes<'a>(&self, courses: &'a [Course]) -> Result<Vec<Scene<'a>>> {
         let made = scenes(courses)?.into_iter();
-        made.map(|scene| scene.with_update_hz(self.update_hz))
-            .collect()
+        let made = made.map(|scene| scene.with_update_hz(self.update_hz));
+        let mut made: Vec<Scene> = made.collect::<Result<_>>()?;
+        let mut buffers = RunBuffers::default();
+        made.retain(|scene| is_playable(scene, &mut buffers));
+        Ok(made)
     }
 
     /// Draws `count` courses on `stations` in turn, each with its own random numbers.
@@ -260,7 +266,8 @@ impl Domain {
     }
 }
 
-/// `pattern` with classes of `station` in shares that are drawn, too; `None` if it has no classes.
+/// `pattern` with the classes that `station` states or bins name, in shares that are drawn, too; `None`
+/// if there are no classes.
 ///
 /// # Errors
 /// Never, because the names are valid.
@@ -269,15 +276,81 @@ pub(crate) fn with_classes(
     station: &Station,
     rng: &mut ChaCha8Rng,
 ) -> Result<Option<Pattern>> {
-    let classes = station.classes().iter().map(|class| class.name.as_str());
-    let shares = ClassShares::drawn(classes, rng);
+    let shares = ClassShares::drawn(class_names(station).into_iter(), rng);
     shares.map(|shares| shares.apply(pattern, rng)).transpose()
+}
+
+/// The classes that `station` states, then those that only bins name.
+fn class_names(station: &Station) -> Vec<&str> {
+    let stated = station.classes().iter().map(|class| class.name.as_str());
+    let bins = station.robots().iter().flat_map(|robot| &robot.bins);
+    let named = bins.filter_map(|bin| bin.classes.as_ref()).flatten();
+    let unstated: BTreeSet<&str> = named
+        .map(String::as_str)
+        .filter(|name| station.class(name).is_none())
+        .collect();
+    stated.chain(unstated).collect()
+}
+
+/// Checks that some robot of `station` takes items of drawn patterns.
+///
+/// # Errors
+/// All their classes are unwanted or without a bin.
+pub(crate) fn check_drawn_classes(station: &Station) -> Result<()> {
+    let names = class_names(station);
+    let is_wanted = |name: &&str| station.class(name).is_none_or(|class| class.wanted);
+    let takes = |name: Option<&str>| station.takes(station.class_id(name));
+    let offers = match names.is_empty() {
+        true => takes(None),
+        false => names
+            .iter()
+            .filter(|name| is_wanted(name))
+            .any(|name| takes(Some(name))),
+    };
+    if offers {
+        return Ok(());
+    }
+    Err(Error::input(
+        "class",
+        "all classes are unwanted or no robot has a bin for them, so there is nothing to learn",
+        "give a robot a bin for a class that is wanted",
+    ))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::station::built_in;
+
+    /// A line with these bins and classes, and one robot.
+    fn sorting(text: &str) -> Station {
+        let text = format!(
+            "[belt]\nspeed = 0.3\nwidth = 0.5\n{text}[line]\nrobots = 1\nfirst_base_x = 0.9\nspacing = 1.4\n\
+             base_offset = 0.1\ntail = 0.4\nreach = 0.6\nspeed = 2\ngrasp_time = 0.04\n\
+             release_time = 0.04\n[[line.bin]]\noffset = [0.0, 0.1]\nclasses = [\"p\"]\n"
+        );
+        crate::station::parse(&text, "s", crate::station::Overrides::default()).unwrap()
+    }
+
+    /// Where few items are wanted, patterns without any are left out, not an error. Classes that only
+    /// bins name are drawn as well, and a line that takes nothing is refused.
+    #[test]
+    fn there_is_something_to_decide_on_every_scene() {
+        let unwanted = "[[class]]\nname = \"p\"\n[[class]]\nname = \"u\"\nwanted = false\n";
+        for (classes, all) in [(unwanted, false), ("", true)] {
+            let station = sorting(classes);
+            check_drawn_classes(&station).unwrap();
+            let few = Domain::BROAD.with_items((2, 4));
+            let courses = few.draw(&[station], 200, 1.0, 3).unwrap();
+            let scenes = few.scenes(&courses).unwrap();
+            assert!(scenes.len() > 50, "{classes}: {}", scenes.len());
+            assert_eq!(scenes.len() == courses.len(), all, "{classes}");
+            super::super::environment::check_scenes(&scenes).unwrap();
+        }
+        let nothing = sorting("[[class]]\nname = \"p\"\nwanted = false\n");
+        let refused = check_drawn_classes(&nothing).unwrap_err().to_string();
+        assert!(refused.contains("nothing to learn"), "{refused}");
+    }
 
     #[test]
     fn failures_and_classes_are_drawn_and_change_nothing_else() {

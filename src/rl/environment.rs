@@ -42,20 +42,23 @@ fn nothing_due() -> Error {
     )
 }
 
+/// Whether there is a decision to make on a scene: of few items, all may be unwanted or out of reach.
+/// The buffers are those of any run.
+pub(super) fn is_playable(scene: &Scene, buffers: &mut RunBuffers) -> bool {
+    let mut run = Run::with_buffers(scene, std::mem::take(buffers));
+    run.look(false);
+    let is_playable = run.next_decision().is_some();
+    *buffers = run.into_buffers();
+    is_playable
+}
+
 /// Checks that there is a decision to make on every scene.
 ///
 /// # Errors
 /// There is none on some scene, or there are no scenes.
 pub(super) fn check_scenes(scenes: &[Scene]) -> Result<()> {
     let mut buffers = RunBuffers::default();
-    let mut is_playable = |scene| {
-        let mut run = Run::with_buffers(scene, std::mem::take(&mut buffers));
-        run.look(false);
-        let is_playable = run.next_decision().is_some();
-        buffers = run.into_buffers();
-        is_playable
-    };
-    if !scenes.is_empty() && scenes.iter().all(&mut is_playable) {
+    if !scenes.is_empty() && scenes.iter().all(|scene| is_playable(scene, &mut buffers)) {
         return Ok(());
     }
     Err(Error::input(

@@ -22,6 +22,7 @@ mod trainer;
 pub use batch::Batch;
 pub use courses::Courses;
 pub use demonstration::Demonstration;
+pub(crate) use domain::check_drawn_classes;
 pub use domain::{Course, Domain};
 pub use environment::{DispatchEnvironment, Step};
 pub use evaluation::{Trial, TrialName};

@@ -7,7 +7,7 @@ use crate::optimize::Environment;
 use crate::rl::domain::{Course, scenes};
 use crate::rl::{
     Checkpoint, Curve, Judged, Kept, Plan, Record, Round, ShareOfGreedy, Trainer, TrainingResults,
-    Trial, TrialName,
+    Trial, TrialName, check_drawn_classes,
 };
 use crate::sim::Disturbances;
 use crate::station::Station;
@@ -189,7 +189,7 @@ impl TrainStudy {
     /// of too many robots.
     pub fn new(options: TrainOptions) -> Result<Self> {
         let TrainOptions { plan, lines, .. } = options;
-        lines.iter().try_for_each(check_size)?;
+        lines.iter().try_for_each(check_line)?;
         let stations: Vec<Station> = lines.iter().map(|line| line.station.clone()).collect();
         let expert = expert(&plan, &stations)?;
         let (mut trainer, kept) = match options.resumed {
@@ -346,8 +346,10 @@ impl RunningTraining<'_> {
     }
 }
 
-/// Checks that greedy GT (game theory) can be found on a line.
-fn check_size(line: &TrainingLine) -> Result<()> {
+/// Checks that there is something to learn on a line, and that greedy GT (game theory) can be found.
+fn check_line(line: &TrainingLine) -> Result<()> {
+    let named = |error: Error| error.inside(&format!("'station' {}", line.name));
+    check_drawn_classes(&line.station).map_err(named)?;
     let count = line.station.robots().len();
     if count <= MOST_ROBOTS {
         return Ok(());
