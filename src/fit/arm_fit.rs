@@ -9,7 +9,7 @@ use super::model::Observation;
 use super::options::FitOptions;
 use super::remarks::remarks;
 use super::resolution::step_of;
-use super::robust::{TUKEY, scale_of};
+use super::robust::{TUKEY, median, scale_of};
 use super::timed_move::TimedMove;
 use crate::error::{Error, Result};
 use crate::station::Robot;
@@ -38,6 +38,13 @@ pub(super) fn fit_arm(
                 count => format!("{count} moves are too few for a law"),
             },
             format!("give {LEAST_MOVES} or more, better 100, over all lengths of way"),
+        ));
+    }
+    if median(observations.iter().map(|o| o.time).collect()) <= 0.0 {
+        return Err(Error::input(
+            format!("robot `{}`", robot.name),
+            "half of its times or more are 0",
+            "check that the stamps of departure, grasp and release are those of different moments",
         ));
     }
     let step = step_of(moves);

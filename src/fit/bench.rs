@@ -2,7 +2,7 @@
 
 use super::arm_result::{FitError, MoveResidual};
 use super::law_fit::{LawEstimate, Prior, estimate_law};
-use super::model::{DWELL, GRASP, LIFT, Leg, Observation, RAMP, SLOWNESS, predict};
+use super::model::{DWELL, GRASP, LIFT, Leg, Observation, RAMP, SLOWNESS, arm_of, predict};
 use super::options::{FitLaw, FitOptions};
 use super::robust::Task;
 use super::table::{Groups, TableEstimate, no_table_because};
@@ -122,11 +122,23 @@ impl<'a> Bench<'a> {
                     "give grasp_s for 30 or more moves, in a CSV file, or fit another 'law'",
                 ));
             }
-            (FitLaw::Auto, Some(groups)) if rejected => self.table(groups),
+            (FitLaw::Auto, Some(groups)) if rejected || !self.is_arm() => self.table(groups),
             (FitLaw::Table, Some(groups)) => self.table(groups),
             _ => Fitted::Law(self.law.clone()),
         };
         Ok(Choice { fitted, rejected })
+    }
+
+    /// Whether the law is that of an arm. Of times that do not depend on the length it is not: the
+    /// speed or the lift is then as large as can be, and only a table holds what was measured.
+    fn is_arm(&self) -> bool {
+        // A top speed that no move tells has no limit in the estimate.
+        let slowest = self.law.slowest.as_ref();
+        let fitted = Robot {
+            arm: arm_of(slowest.unwrap_or(&self.law.estimate.parameters)),
+            ..self.robot.clone()
+        };
+        fitted.check_arm("").is_empty()
     }
 
     fn table(&self, groups: Groups) -> Fitted {

@@ -110,9 +110,12 @@ fn move_time(parameters: &[f64], length: f64) -> MoveTime {
     }
 }
 
+/// The speed [m/s] of an arm that is not slowed down by the length of its way at all.
+pub(super) const NO_LIMIT: f64 = 1e9;
+
 /// The arm with these parameters.
 pub(super) fn arm_of(parameters: &[f64]) -> Arm {
-    let speed = 1.0 / parameters[SLOWNESS].max(1e-9);
+    let speed = 1.0 / parameters[SLOWNESS].max(1.0 / NO_LIMIT);
     let acceleration = 2.0 / parameters[RAMP];
     let law = match acceleration.is_finite() {
         true => TravelLaw::Trapezoid {

@@ -7,6 +7,7 @@ use super::options::FitLaw;
 use super::robust::median;
 use super::table::no_table_because;
 use crate::error::rounded;
+use crate::station::Robot;
 use crate::stats::quantile;
 
 /// A law whose median error is a larger share of the median time explains little.
@@ -40,6 +41,18 @@ pub(super) fn remarks(bench: &Bench, fit: &ArmFit, rejected: bool) -> Vec<String
     if let Some(text) = poor(observations, fit) {
         remarks.push(text);
     }
+    let fitted = Robot {
+        arm: fit.arm.clone(),
+        ..bench.robot.clone()
+    };
+    let doubts = fitted.check_arm("").into_iter().map(|doubt| {
+        format!(
+            "{}: do the times grow with the lengths of the ways ('chart' times), and are both in the \
+             right unit?",
+            doubt.problem
+        )
+    });
+    remarks.extend(doubts);
     remarks
 }
 

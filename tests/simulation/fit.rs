@@ -394,6 +394,11 @@ fn what_gives_no_law_is_refused() {
             .unwrap_err()
             .to_string()
     };
+    let halted = refused(format!("{header}{}", "a,1,-0.55,1,0,1,1\n".repeat(20)));
+    assert!(
+        halted.contains("robot `a`: half of its times or more are 0"),
+        "{halted}"
+    );
     let few = refused(format!("{header}{row}{row}"));
     assert!(
         few.contains("robot `a`: 2 moves are too few for a law"),

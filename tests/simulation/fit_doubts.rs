@@ -332,6 +332,38 @@ fn copies_count_once() {
     assert!(!has_note(&found, "copies"), "{:?}", found.notes);
 }
 
+/// Times that do not grow with the length of the way are those of no speed or lift, but a table has them.
+/// Where none can be fitted, nothing is made up.
+#[test]
+fn times_that_do_not_depend_on_the_way_are_a_table_or_nothing() {
+    let flat = |noise: f64| {
+        let mut rng = random_stream(11, 0);
+        let mut moves = moves_of(&constant(2.0, 0.01), 200, 0.0, 11);
+        for timed in &mut moves {
+            let depart = timed.depart.unwrap();
+            let mut later = |by: f64| Some(depart + by + noise * normal(&mut rng));
+            (timed.grasp, timed.release) = (later(0.3), later(0.6));
+        }
+        moves
+    };
+    for noise in [0.0, 0.002] {
+        let found = fit(&flat(noise), &quick());
+        assert_eq!(found.law, FittedLaw::Table, "{noise}: {found:?}");
+        for way in [0.4, 0.7] {
+            assert!((found.arm.time(way) - 0.3).abs() < 0.003, "{noise} {way}");
+        }
+        assert!(found.error.worst < 0.02, "{noise}: {:?}", found.error);
+        let line = fit_line(&guess(), &flat(noise), &quick()).unwrap();
+        let station = fitted_station(&guess(), &line).unwrap();
+        assert_eq!(station.warnings("s"), [], "{noise}");
+    }
+    // Asked for a speed, it says that there is none.
+    let speed = quick().with_law(FitLaw::Speed);
+    let line = fit_line(&guess(), &flat(0.0), &speed).unwrap();
+    let found = line.arms[0].as_ref().unwrap();
+    assert!(has_note(found, "do the times grow"), "{:?}", found.notes);
+}
+
 /// Ways of one length give no table that an arm could have.
 #[test]
 fn one_length_gives_no_table() {
