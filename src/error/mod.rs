@@ -19,7 +19,9 @@ mod wording;
 pub use kind::ErrorKind;
 pub use path_cure::nearest_file;
 pub use settings::spell_settings;
-pub use wording::{counted, grouped, known_names, listed, nearest, rounded, shown, shown_number};
+pub use wording::{
+    counted, grouped, known_names, listed, nearest, rounded, shown, shown_number, significant,
+};
 
 use details::{Details, ErrorContent};
 use std::error::Error as StdError;

@@ -90,6 +90,23 @@ pub fn rounded(value: f64, digits: usize) -> String {
     shown_number(short.parse().unwrap_or(value))
 }
 
+/// `value` rounded by `round` to this number of significant digits, for limits that must be kept from
+/// one side.
+pub fn significant(value: f64, digits: i32, round: impl Fn(f64) -> f64) -> f64 {
+    if value == 0.0 || !value.is_finite() {
+        return value;
+    }
+    let digits = digits - 1 - value.abs().log10().floor() as i32;
+    // Dividing by a power of ten gives the shortest decimal; a product may not.
+    if digits >= 0 {
+        let scale = 10f64.powi(digits);
+        round(value * scale) / scale
+    } else {
+        let scale = 10f64.powi(-digits);
+        round(value / scale) * scale
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

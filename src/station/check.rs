@@ -3,7 +3,7 @@
 use super::belt::Belt;
 use super::class::ItemClass;
 use super::robot::{Bin, Robot};
-use crate::error::{Error, Result, counted, shown, shown_number};
+use crate::error::{Error, Result, counted, shown, shown_number, significant};
 use crate::kinematics::TravelLaw;
 use crate::names::{check_class_name, check_name};
 
@@ -151,13 +151,25 @@ fn bin_classes(robot: &Robot, index: usize, bin: &Bin, place: &str) -> Result<()
         let other = earlier
             .iter()
             .find(|other| other.classes.iter().flatten().any(|c| c == class));
-        if twice || other.is_some() {
+        if twice {
+            return Err(Error::input(
+                place,
+                format!(
+                    "the bin `{}` of robot `{}` names class `{}` twice",
+                    shown(&bin.name),
+                    shown(&robot.name),
+                    shown(class)
+                ),
+                "name it once",
+            ));
+        }
+        if let Some(other) = other {
             return Err(Error::input(
                 place,
                 format!(
                     "class `{}` goes into bin `{}` and into bin `{}` of robot `{}`",
                     shown(class),
-                    shown(&other.unwrap_or(bin).name),
+                    shown(&other.name),
                     shown(&bin.name),
                     shown(&robot.name)
                 ),
@@ -351,6 +363,16 @@ pub(super) fn lead(place: Place, robot: &Robot, belt: &Belt) -> Result<()> {
         }
         TravelLaw::Table(_) => {
             let limit = rounded_down(robot.belt_limit(belt) / LEAD);
+            // The last piece goes on for ever, so longer paths do not avoid it.
+            let other = match robot.arm.law.steepest(f64::INFINITY) * belt.speed * LEAD < 1.0 {
+                true => format!(
+                    "a lift or a {kind} farther from the belt that makes the shortest path longer"
+                ),
+                false => {
+                    "a table whose last piece, which holds for all longer paths, is less steep"
+                        .to_owned()
+                }
+            };
             Err(Error::input(
                 place("travel"),
                 format!(
@@ -361,17 +383,20 @@ pub(super) fn lead(place: Place, robot: &Robot, belt: &Belt) -> Result<()> {
                 ),
                 format!(
                     "every arm must be faster than the belt at every distance; use a belt of at most \
-                     {limit} m/s, or a lift or a {kind} farther from the belt that makes the shortest \
-                     path longer"
+                     {limit} m/s, or {other}"
                 ),
             ))
         }
         TravelLaw::Constant { speed } | TravelLaw::Trapezoid { speed, .. } => Err(Error::input(
             place("speed"),
             format!(
-                "the arm of robot `{name}` moves at {} m/s, which is not faster than the belt at \
+                "the arm of robot `{name}` moves at {} m/s, which is not {} than the belt at \
                  {belt_speed} m/s",
                 shown_number(speed),
+                match speed > belt.speed {
+                    true => "faster by one millionth or more",
+                    false => "faster",
+                },
             ),
             "every arm must be faster than the belt; use a slower belt or a faster arm",
         )),
@@ -380,27 +405,12 @@ pub(super) fn lead(place: Place, robot: &Robot, belt: &Belt) -> Result<()> {
 
 /// `value` to four significant digits, upwards: a cure must suffice.
 fn rounded_up(value: f64) -> f64 {
-    significant(value, f64::ceil)
+    significant(value, 4, f64::ceil)
 }
 
 /// `value` to four significant digits, downwards.
 fn rounded_down(value: f64) -> f64 {
-    significant(value, f64::floor)
-}
-
-fn significant(value: f64, round: impl Fn(f64) -> f64) -> f64 {
-    if value == 0.0 || !value.is_finite() {
-        return value;
-    }
-    let digits = 3 - value.abs().log10().floor() as i32;
-    // Dividing by a power of ten gives the shortest decimal; a product may not.
-    if digits >= 0 {
-        let scale = 10f64.powi(digits);
-        round(value * scale) / scale
-    } else {
-        let scale = 10f64.powi(-digits);
-        round(value / scale) * scale
-    }
+    significant(value, 4, f64::floor)
 }
 
 /// Checks a speed or length that the closed forms square.

@@ -312,6 +312,8 @@ mod tests {
             let message = station.with_belt_speed(speed).unwrap_err().to_string();
             let is_speed = speed.is_finite() && speed > 0.0;
             let problem = match is_speed {
+                // The arm moves at 0.5 m/s.
+                true if speed < 0.5 => "not faster by one millionth or more than the belt",
                 true => "not faster than the belt",
                 false => "is not a usable size",
             };

@@ -2,7 +2,7 @@
 
 use super::geometry::Station;
 use super::robot::Robot;
-use crate::error::{known_names, listed, shown, shown_number};
+use crate::error::{known_names, listed, rounded, shown, shown_number};
 use crate::kinematics::TravelLaw;
 use crate::kinematics::distance;
 use crate::plausible::{
@@ -36,14 +36,9 @@ impl Station {
         list.extend(first(&|robot, at| {
             REACH.check(&format!("{at}, reach"), robot.reach)
         }));
-        list.extend(first(&|robot, at| match robot.arm.law.top_speed() {
-            Some(speed) => ARM_SPEED.check(&format!("{at}, speed"), speed),
-            None => ARM_SPEED.check(&format!("{at}, travel"), robot.cruising_speed()),
-        }));
+        list.extend(first(&check_speed));
         list.extend(first(&|robot, at| check_law(&robot.arm.law, at)));
-        list.extend(first(&|robot, at| {
-            LIFT.check(&format!("{at}, lift"), robot.arm.lift)
-        }));
+        list.extend(first(&check_lift));
         list.extend(first(&|robot, at| {
             DWELL.check(&format!("{at}, grasp_time"), robot.grasp_time)
         }));
@@ -186,6 +181,45 @@ fn slips(x: f64, y: f64, factor: f64) -> impl Iterator<Item = (f64, f64)> {
         false => (x, y * factor),
     };
     [(x * factor, y * factor), one].into_iter()
+}
+
+impl Robot {
+    /// The implausible values of the arm, at `at`.
+    pub(crate) fn check_arm(&self, at: &str) -> Vec<Warning> {
+        let checks = [
+            check_speed(self, at),
+            check_law(&self.arm.law, at),
+            check_lift(self, at),
+        ];
+        checks.into_iter().flatten().collect()
+    }
+}
+
+/// Warns about an implausible speed of the arm.
+fn check_speed(robot: &Robot, at: &str) -> Option<Warning> {
+    match robot.arm.law.top_speed() {
+        Some(speed) => ARM_SPEED.check(&format!("{at}, speed"), speed),
+        None => {
+            let slow = ARM_SPEED.check(&format!("{at}, travel"), robot.cruising_speed())?;
+            Some(Warning {
+                problem: format!(
+                    "a move of {} m takes {} s by the table: {}",
+                    shown_number(robot.reach),
+                    rounded(robot.crossing_time(), 6),
+                    slow.problem
+                ),
+                cure: "give lengths in metres and times in seconds; if the table is right, ignore \
+                       this warning"
+                    .into(),
+                ..slow
+            })
+        }
+    }
+}
+
+/// Warns about an implausible lift.
+fn check_lift(robot: &Robot, at: &str) -> Option<Warning> {
+    LIFT.check(&format!("{at}, lift"), robot.arm.lift)
 }
 
 /// Warns about an implausible acceleration or table of travel times.
