@@ -166,6 +166,15 @@ impl<'r> PickRow<'r> {
                 return Err(Error::input(place, problem, "give seconds, such as 7.25"));
             }
         }
+        for (column, at) in [(MEET_X, meet.0), (MEET_Y, meet.1)] {
+            if let Some(at) = at.filter(|at| !at.is_finite()) {
+                return Err(Error::input(
+                    columns.place_of(file, column),
+                    format!("{at} is not a position"),
+                    "give metres, such as 1.25, or leave the field empty",
+                ));
+            }
+        }
         Ok(Self {
             robot: columns.text(record, ROBOT),
             item: columns.text(record, ITEM),
@@ -360,6 +369,16 @@ mod tests {
             (
                 format!("{header}r1,a,1,nan,3,\n"),
                 &["t:2: grasp_s", "NaN is not a time"],
+            ),
+            (
+                "robot,item,decide_s,grasp_s,release_s,meet_x_m,meet_y_m\nr1,a,1,2,3,nan,0\n"
+                    .into(),
+                &["t:2: meet_x_m", "NaN is not a position"],
+            ),
+            (
+                "robot,item,decide_s,grasp_s,release_s,meet_x_m,meet_y_m\nr1,a,1,2,3,,-inf\n"
+                    .into(),
+                &["t:2: meet_y_m", "-inf is not a position"],
             ),
             (
                 format!("{header}r1,a,1,2,3,lost\n"),

@@ -70,6 +70,39 @@ fn what_simulate_writes_is_confirmed() {
     }
 }
 
+/// The tolerance that is said to do does.
+#[test]
+fn the_tolerance_that_is_named_is_enough() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    std::fs::write(
+        path.join("p.csv"),
+        printed(path, "pattern generate grid -q --count 20"),
+    )
+    .unwrap();
+    let line = "--pattern p.csv";
+    let picks = printed(path, &format!("simulate -q --no-bound --format csv {line}"));
+    // Every release is a little early, by unlike times.
+    let mut rows = crate::common::csv_rows(&picks);
+    let column = rows[0].iter().position(|name| name == "release_s").unwrap();
+    for (place, row) in rows.iter_mut().enumerate().skip(1) {
+        let release: f64 = row[column].parse().unwrap();
+        row[column] = (release - 0.001_234_567 * place as f64).to_string();
+    }
+    let early: Vec<String> = rows.iter().map(|row| row.join(",")).collect();
+    std::fs::write(path.join("early.csv"), early.join("\n") + "\n").unwrap();
+    let told = String::from_utf8(call(path, &format!("check -q early.csv {line}")).stdout).unwrap();
+    let (_, after) = told.split_once("would be accepted with ").unwrap();
+    let (enough, _) = after.split_once(" s").unwrap();
+    assert_eq!(enough.len(), "0.0000".len(), "{told}");
+    let (report, code) = verdict(path, &format!("early.csv {line} --tolerance {enough}"));
+    assert_eq!(
+        (&report["confirmed"], code),
+        (&Value::Bool(true), 0),
+        "{report}"
+    );
+}
+
 /// A row with something that does not exist is a violation; the rest of it counts nevertheless.
 #[test]
 fn what_is_unknown_is_told_and_the_rest_is_checked() {

@@ -7,7 +7,7 @@ use super::provenance::Provenance;
 use super::table::fixed;
 use super::verb_report::{ResultFile, VerbReport};
 use pickline::checker::{PicksFile, Terms, Violation, ViolationKind};
-use pickline::error::{Error, counted, rounded, shown_number};
+use pickline::error::{Error, counted, shown_number, significant};
 use pickline::pattern::Pattern;
 use pickline::station::Station;
 use pickline::stats::quantile;
@@ -209,7 +209,8 @@ impl VerificationReport {
             return String::new();
         }
         needed.sort_unstable_by(f64::total_cmp);
-        let share = |share| rounded(quantile(&needed, share), 3);
+        // Upwards: the tolerance that is named must do.
+        let share = |share| shown_number(significant(quantile(&needed, share), 3, f64::ceil));
         format!(
             "tolerance {} s; {} of the violations would be accepted with {} s, half of them with {} s\n",
             shown_number(self.tolerance_s),
