@@ -17,6 +17,7 @@ mod random;
 mod recipe;
 mod recorded;
 mod set;
+mod source;
 mod source_text;
 pub mod tracking;
 mod training;
@@ -35,7 +36,8 @@ pub use poisson::poisson_disk;
 pub use recipe::Recipe;
 pub(crate) use recorded::describe_given;
 pub use recorded::is_pattern_name;
-pub use set::{PatternSet, PatternSource};
+pub use set::PatternSet;
+pub use source::PatternSource;
 pub use training::TrainingSet;
 pub(crate) use training::grids_around;
 

@@ -2,15 +2,14 @@
 
 use super::feed::Feed;
 use super::feeder::{Feeder, check_flow};
-use super::grid::{check_count, grid};
+use super::grid::check_count;
 use super::item::{MOST_ITEMS, Pattern};
-use super::poisson::poisson_disk;
 use super::random_stream;
 use super::recipe::Recipe;
 use super::recorded::{RecordedPatterns, describe_given, files_of};
+use super::set::{Draw, PatternSet};
 use crate::error::{Error, Result, counted, shown_number};
 use rand::RngExt;
-use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -47,17 +46,6 @@ pub enum PatternSource {
     /// Patterns that the caller has, at least one; no text stands for them. See
     /// [`PatternSource::given`].
     Given(Arc<[Pattern]>),
-}
-
-/// A set of patterns, each with a label, and how they were made.
-#[derive(Debug, Clone)]
-pub struct PatternSet {
-    /// Where the patterns come from, in words, including the seed.
-    pub description: String,
-    /// One label per pattern: `grid s=0.15`, `poisson r=0.2 #3`, or a file name.
-    pub labels: Vec<String>,
-    /// The patterns, in the order of the labels.
-    pub patterns: Vec<Pattern>,
 }
 
 impl PatternSource {
@@ -190,7 +178,7 @@ impl PatternSource {
                 self.check_size(recipe, 2.0 * *n as f64, &self.place())?;
                 let grids = (0..*n).map(|i| Draw::Grid(value(i)));
                 let poissons = (0..*n).map(|i| Draw::Poisson(value(i)));
-                set.draw(recipe, grids.chain(poissons).collect(), self)?;
+                set.draw(recipe, grids.chain(poissons).collect(), &self.place())?;
                 set.description = format!(
                     "{n} grid and {n} Poisson disk patterns, spacing and radius evenly over \
                      [{low}, {high}] m, {made}"
@@ -198,12 +186,12 @@ impl PatternSource {
             }
             Self::Grid(spacing) => {
                 self.check_size(recipe, 1.0, &self.place())?;
-                set.draw(recipe, vec![Draw::Grid(*spacing)], self)?;
+                set.draw(recipe, vec![Draw::Grid(*spacing)], &self.place())?;
                 set.description = format!("the grid of {spacing} m, {made}");
             }
             Self::Poisson(radius, n) => {
                 self.check_size(recipe, *n as f64, &self.place())?;
-                set.draw(recipe, vec![Draw::Poisson(*radius); *n], self)?;
+                set.draw(recipe, vec![Draw::Poisson(*radius); *n], &self.place())?;
                 set.description = format!("{n} Poisson disk patterns of {radius} m, {made}");
             }
             Self::Feed { feed, flow, count } => {
@@ -211,7 +199,7 @@ impl PatternSource {
                     .map_err(|error| error.inside(&self.place()))?;
                 let expected = *count as f64 * feeder.expected_items(recipe.items);
                 self.check_items(recipe, *count as f64, expected, &self.place())?;
-                set.draw(recipe, vec![Draw::Feed(&feeder); *count], self)?;
+                set.draw(recipe, vec![Draw::Feed(&feeder); *count], &self.place())?;
                 set.description = format!(
                     "{} of the feed {feed}, {} items/min at {} m/s, {made}",
                     counted(*count, "pattern"),
@@ -321,7 +309,7 @@ impl PatternSource {
                         Draw::Poisson(value)
                     }
                 });
-                set.draw(recipe, draws.collect(), self)?;
+                set.draw(recipe, draws.collect(), &self.place())?;
                 Ok(Some(set))
             }
             Self::Poisson(radius, _) => Self::Poisson(*radius, count).build(recipe).map(Some),
@@ -334,46 +322,12 @@ impl PatternSource {
     }
 }
 
-/// A pattern to be generated, with its spacing or radius [m].
-#[derive(Debug, Clone, Copy)]
-enum Draw<'a> {
-    Grid(f64),
-    Poisson(f64),
-    Feed(&'a Feeder),
-}
-
-impl PatternSet {
-    /// Draws patterns in parallel, each from the random stream of its index.
-    fn draw(&mut self, recipe: &Recipe, draws: Vec<Draw>, source: &PatternSource) -> Result<()> {
-        let draw = |(place, draw): (usize, &Draw)| {
-            let mut rng = random_stream(recipe.seed, place as u64);
-            let pattern = match *draw {
-                Draw::Grid(spacing) => grid(recipe.belt.width, spacing, recipe.items),
-                Draw::Poisson(radius) => {
-                    poisson_disk(recipe.belt.width, radius, recipe.items, &mut rng)
-                }
-                Draw::Feed(feeder) => feeder.draw(recipe.items, &mut rng),
-            };
-            let pattern = pattern.map_err(|error| error.at(&source.place()))?;
-            recipe.attributes.apply(pattern, &mut rng)
-        };
-        let patterns = draws.par_iter().enumerate().map(draw);
-        self.patterns = patterns.collect::<Result<_>>()?;
-        let label = |(place, draw): (usize, &Draw)| match draw {
-            Draw::Grid(spacing) => format!("grid s={spacing:.4}"),
-            Draw::Poisson(radius) => format!("poisson r={radius:.4} #{}", place + 1),
-            Draw::Feed(feeder) => feeder.label(place),
-        };
-        self.labels = draws.iter().enumerate().map(label).collect();
-        Ok(())
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::attributes::Attributes;
     use super::super::feed::FeedShape;
     use super::*;
+    use crate::pattern::grid;
     use crate::station::Belt;
 
     const RECIPE: Recipe = Recipe {

@@ -2,7 +2,7 @@
 
 use super::feed::{FEEDS, Feed};
 use super::feeder::check_flow;
-use super::set::{BALANCED_EACH, PatternSource};
+use super::source::{BALANCED_EACH, PatternSource};
 use crate::error::{Error, Result, counted, known_names, shown, shown_number};
 use crate::files::is_path;
 use std::fmt;

@@ -4,7 +4,8 @@
 use super::grid::grid;
 use super::random_stream;
 use super::recipe::Recipe;
-use super::set::{PatternSet, PatternSource};
+use super::set::PatternSet;
+use super::source::PatternSource;
 use crate::error::Result;
 
 /// Half the width of the range around a grid's spacing, as a share of the spacing.

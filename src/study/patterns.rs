@@ -153,10 +153,7 @@ impl ScoredPatterns {
     pub fn draw(&self, station: &Station, seed: u64, conditions: &Conditions) -> Result<ScoredSet> {
         let (source, recipe) = self.recipe(station, seed, DEFAULT_ITEMS)?;
         let drawn = source.build(&recipe)?;
-        for (label, pattern) in drawn.labels.iter().zip(&drawn.patterns) {
-            let on_belt = pattern.check_on(station);
-            on_belt.map_err(|error| error.inside(label))?;
-        }
+        drawn.check_on(station)?;
         let repeated = is_repeated(&drawn, &source, conditions).then(|| with_draws(&drawn, DRAWS));
         Ok(ScoredSet {
             source,

@@ -94,10 +94,8 @@ pub fn training_patterns(
         ));
     }
     let set = source.build(&recipe(station, items.unwrap_or(ITEMS), seed))?;
-    for (label, pattern) in set.labels.iter().zip(&set.patterns) {
-        let on_belt = pattern.check_on(station);
-        on_belt.map_err(|error| error.inside(&format!("'training': {label}")))?;
-    }
+    set.check_on(station)
+        .map_err(|error| error.inside("'training'"))?;
     Ok(set)
 }
 

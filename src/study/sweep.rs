@@ -89,6 +89,7 @@ impl<'a> SweepStudy<'a> {
         let usual = DEFAULT_GRID.1;
         let (source, mut recipe) = options.own.patterns.recipe(station, seed, usual)?;
         let mut set = source.build(&recipe)?;
+        set.check_on(station)?;
         let generated = !source.is_recorded();
         if axis == Axis::MinDetection {
             check_training(options, generated, &set)?;
