@@ -150,6 +150,32 @@ fn a_fast_belt_is_swept_around_its_limit() {
     assert_eq!(scan["limits"][0]["highest"], limit["highest"]);
 }
 
+/// An implausible line at an end of the range is named with the value of that end.
+#[test]
+fn warnings_are_of_the_end_of_the_range_that_they_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let station = folder.path().join("s.toml");
+    let text = "[belt]\nspeed = 0.3\nwidth = 0.5\n[line]\nrobots = 1\nfirst_base_x = 4.0\nspacing = 1.4\n\
+                base_offset = 0.1\ntail = 4.0\nreach = 3.5\nspeed = 2.0\ngrasp_time = 0.04\n\
+                release_time = 0.04\nrest = [0.0, 2.0]\n[[line.bin]]\noffset = [0.0, 0.1]\n";
+    std::fs::write(&station, text).unwrap();
+    let station = station.to_str().unwrap();
+    let range = [
+        "--sweep", "reach", "--from", "0.6", "--to", "3.4", "--step", "1.4",
+    ];
+    let out = Command::new(env!("CARGO_BIN_EXE_pickline"))
+        .args(["sweep", "--station", station])
+        .args(range)
+        .args(["--robust", "SPT", "--no-bound", "--patterns", "grid:0.2"])
+        .output()
+        .unwrap();
+    assert!(out.status.success(), "{out:?}");
+    let told = String::from_utf8(out.stderr).unwrap();
+    assert!(told.contains("--sweep reach at 0.6"), "{told}");
+    assert!(told.contains("beyond its reach of 0.6 m"), "{told}");
+    assert!(!told.contains("at 3.4"), "{told}");
+}
+
 /// Where the workspaces are apart the spacing makes no difference, so the least such one is
 /// recommended and none at which arms can meet.
 #[test]

@@ -170,13 +170,15 @@ impl SweepPlan {
     /// Warns about implausible lines at the ends of the range; the values between them are no
     /// worse.
     fn check_ends(&self, study: &SweepStudy) -> Result<()> {
-        let Some([(_, first), (value, last)]) = study.ends() else {
+        let Some([first, last]) = study.ends() else {
             return Ok(());
         };
-        let place = format!("--sweep {} at {value}", self.axis.name());
-        let ends = [last, first].map(|line| line.warnings(&place));
-        let known = self.station.warnings(&place);
-        let new = ends.into_iter().find(|w| !w.is_empty() && *w != known);
+        let new = [last, first].into_iter().find_map(|(value, line)| {
+            let place = format!("--sweep {} at {value}", self.axis.name());
+            let warnings = line.warnings(&place);
+            let is_new = !warnings.is_empty() && warnings != self.station.warnings(&place);
+            is_new.then_some(warnings)
+        });
         warn(self.choice.strict, new.unwrap_or_default())
     }
 }

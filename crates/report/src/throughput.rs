@@ -50,11 +50,11 @@ impl ThroughputReport {
         let missing = reason.map(|reason| match throughput.runs {
             1 => reason.to_string(),
             runs if throughput.mean.is_some() => format!(
-                "over {} of {runs} patterns; on one of the others {reason}",
+                "over {} of {runs} patterns; on the first of the others {reason}",
                 throughput.steady
             ),
             runs => format!(
-                "{} of {runs} patterns have no steady state, one of them since {reason}",
+                "{} of {runs} patterns have no steady state; on the first of them {reason}",
                 runs - throughput.steady
             ),
         });

@@ -91,12 +91,14 @@ pub(super) fn learning_chart(
     legend: Vec<LegendLine>,
 ) -> Chart {
     let greedy = 100.0;
-    let thousands = learned.map(|decisions| decisions / 1000.0);
+    let thousands: Vec<f64> = learned.map(|decisions| decisions / 1000.0).collect();
+    let last = thousands.iter().copied().fold(0.0, f64::max);
     let shares = shares.into_iter().chain([greedy]);
     Chart {
         title: title.into(),
         caption: caption.into(),
-        x: ChartAxis::around("decisions learned from [1000]", thousands, true),
+        // A training ends at a round number or just after it; the next tick may be far.
+        x: ChartAxis::around("decisions learned from [1000]", thousands, true).up_to(last),
         y: ChartAxis::around("picking rate to greedy GT [%]", shares, false),
         layers,
         marks: vec![ChartMark {

@@ -71,6 +71,9 @@ impl RobotsDownReport {
                     point.halted(),
                     fixed(point.loss_percent.unwrap_or_default(), 1)
                 ),
+                None if self.points[j].picked_share == 0.0 => {
+                    format!("{method}: nothing is picked with all robots either")
+                }
                 None => format!("{method}: no single robot is missed"),
             }
         };

@@ -2,6 +2,7 @@
 
 use super::report::{BoundsReport, LimitReport, SweepReport};
 use pickline::clearance::MARGIN;
+use pickline::error::counted;
 use pickline::experiment::AS_GOOD;
 
 impl SweepReport {
@@ -37,9 +38,22 @@ impl SweepReport {
                 let point = of_method.find(|point| point.value == value);
                 let throughput = point.map_or("-".into(), |point| point.throughput.shown(1));
                 let unit = unit_of(value, unit);
+                let of_method = self.points.iter().skip(j).step_by(self.limits.len());
+                let unjudged = of_method
+                    .filter(|point| {
+                        point.value < value && point.throughput.throughput_per_min.is_none()
+                    })
+                    .count();
+                let unjudged = match unjudged {
+                    0 => String::new(),
+                    count => format!(
+                        "; {} below it could not be judged, for lack of a steady state (see the note)",
+                        counted(count, "value")
+                    ),
+                };
                 format!(
                     "{}: {value} {unit}, {least} with at least {} % of the highest throughput; \
-                     {throughput} picks/min",
+                     {throughput} picks/min{unjudged}",
                     named(&limit.method),
                     100.0 * AS_GOOD
                 )
