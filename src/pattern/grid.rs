@@ -7,8 +7,9 @@ use crate::error::{Error, Result, shown_number};
 /// upstream from x0 = 0 (Jermann et al., grid sampled patterns). The last column may be partial.
 ///
 /// # Errors
-/// If the spacing is not a positive length, or there are no items or too many.
+/// If the width or the spacing is not a positive length, or there are no items or too many.
 pub fn grid(width: f64, spacing: f64, count: usize) -> Result<Pattern> {
+    check_width(width)?;
     check_spacing("spacing", spacing)?;
     check_count(count)?;
     // If the spacing divides the width, both edges count despite rounding.
@@ -45,6 +46,18 @@ pub(super) fn lattice(width: f64, density: f64, count: usize) -> Result<Pattern>
         )
     };
     Pattern::numbered((0..count).map(item).collect())
+}
+
+/// Checks the width [m] of a belt.
+pub(super) fn check_width(width: f64) -> Result<()> {
+    if (1e-6..=LARGEST).contains(&width) {
+        return Ok(());
+    }
+    Err(Error::usage(
+        "'width'",
+        format!("{} m is not the width of a belt", shown_number(width)),
+        format!("give metres, from 1e-6 to {LARGEST:e}"),
+    ))
 }
 
 /// Checks a spacing or radius, which must be a length that fits on a belt.
@@ -117,6 +130,10 @@ mod tests {
     fn a_spacing_wider_than_the_belt_is_one_row() {
         let pattern = grid(0.4, 0.5, 3).unwrap();
         assert!(pattern.items().iter().all(|item| item.y == 0.0));
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e308] {
+            let message = grid(bad, 0.15, 5).unwrap_err().to_string();
+            assert!(message.contains("'width'"), "{message}");
+        }
         for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             let message = grid(0.4, bad, 3).unwrap_err().to_string();
             assert!(

@@ -4,6 +4,9 @@ use crate::decision::Figures;
 use crate::error::{Error, Result, shown_number};
 use serde::{Deserialize, Serialize};
 
+/// The largest weight: a sum of rewards stays finite with it.
+const MOST_WEIGHT: f64 = 1e9;
+
 /// Weights of the paper's two rewards (Jermann et al., section on actions, observations and
 /// rewards).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -25,15 +28,19 @@ impl Reward {
     /// Checks the weights.
     ///
     /// # Errors
-    /// A weight that is not a finite number.
+    /// A weight that is not a finite number, or so large that rewards would not be.
     pub fn check(&self) -> Result<()> {
         let weights = [("pick", self.pick), ("rate", self.rate)];
-        match weights.into_iter().find(|(_, weight)| !weight.is_finite()) {
+        let is_usable = |weight: f64| weight.abs() <= MOST_WEIGHT;
+        match weights.into_iter().find(|(_, weight)| !is_usable(*weight)) {
             None => Ok(()),
             Some((name, weight)) => Err(Error::usage(
                 format!("the weight `{name}` of the reward"),
-                format!("{} is not a finite number", shown_number(weight)),
-                "give a number, for example 1",
+                match weight.is_finite() {
+                    true => format!("{} is too large", shown_number(weight)),
+                    false => format!("{} is not a finite number", shown_number(weight)),
+                },
+                format!("give a number, for example 1, at most {MOST_WEIGHT:e}"),
             )),
         }
     }

@@ -14,7 +14,7 @@ mod sampler;
 
 pub(super) use density::radius_of;
 
-use super::grid::{check_count, check_length, check_spacing};
+use super::grid::{check_count, check_length, check_spacing, check_width};
 use super::item::{Item, MOST_ITEMS, Pattern};
 use crate::error::{Error, Result, shown_number};
 use rand::rngs::ChaCha8Rng;
@@ -30,13 +30,14 @@ const MOST_CELLS: f64 = 5.0 * MOST_ITEMS as f64;
 /// further item would fit between them. The first item is at x0 = 0.
 ///
 /// # Errors
-/// If the radius is not a positive length, or there are no items or too many.
+/// If the width or the radius is not a positive length, or there are no items or too many.
 pub fn poisson_disk(
     width: f64,
     radius: f64,
     count: usize,
     rng: &mut ChaCha8Rng,
 ) -> Result<Pattern> {
+    check_width(width)?;
     check_spacing("radius", radius)?;
     check_count(count)?;
     // A maximal sample has about 0.7 items per square radius, and its border acts as if the strip
