@@ -12,6 +12,7 @@ mod strategy;
 pub use candidate::{Candidate, Moment};
 pub use event::{Event, Observer};
 pub use odds::Odds;
+pub(crate) use outcome::picked_shares;
 pub use outcome::{
     Downtime, Failure, FailureCause, Figures, LeftItem, LeftReason, Miss, MissReason, Outcome,
     Pick, RobotFigures,

@@ -211,6 +211,15 @@ impl Figures {
     }
 }
 
+/// The picked share of every run; none if nothing is to be picked in any, because then their mean says
+/// nothing.
+pub(crate) fn picked_shares(runs: &[Figures]) -> Vec<f64> {
+    match runs.iter().all(|run| run.items == 0) {
+        true => Vec::new(),
+        false => runs.iter().map(Figures::picked_share).collect(),
+    }
+}
+
 /// The complete outcome of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {

@@ -5,7 +5,7 @@ use super::class_result::class_results;
 use super::comparison::{CaseResult, Comparison, MethodResult};
 use super::draws::Draws;
 use super::method::{Method, MethodRun};
-use crate::decision::Figures;
+use crate::decision::{Figures, picked_shares};
 use crate::error::{Error, Result};
 use crate::optimize::Environment;
 use crate::pattern::Pattern;
@@ -93,7 +93,8 @@ fn summarise(by_pattern: &[Vec<MethodRun>], methods: usize) -> Vec<MethodResult>
             let rates = figure(method, &Figures::picking_rate);
             let differences: Vec<f64> = rates.iter().zip(&first).map(|(a, b)| a - b).collect();
             let picking_rate = stats::mean(&rates);
-            let shares = figure(method, &Figures::picked_share);
+            let runs: Vec<Figures> = by_pattern.iter().map(|runs| runs[method].figures).collect();
+            let shares = picked_shares(&runs);
             let contents = by_pattern.iter().map(|runs| runs[method].contents.as_ref());
             let contents: Option<Vec<_>> = contents.collect();
             let classes = by_pattern

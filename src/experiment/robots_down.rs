@@ -1,6 +1,7 @@
 //! What a line still does with one of its robots halted, for each robot.
 
 use super::method::{Method, MethodRun};
+use crate::decision::{Figures, picked_shares};
 use crate::error::{Error, Result};
 use crate::optimize::Environment;
 use crate::pattern::Pattern;
@@ -145,7 +146,8 @@ fn run_all(
 /// The figures of `method` in `runs`, in comparison with those of the `whole` line.
 fn summarise(method: &Method, runs: &[MethodRun], whole: Option<&Vec<MethodRun>>) -> HaltedPoint {
     let all = |of: &dyn Fn(&MethodRun) -> f64| -> Vec<f64> { runs.iter().map(of).collect() };
-    let shares = all(&|run| run.figures.picked_share());
+    let figures: Vec<Figures> = runs.iter().map(|run| run.figures).collect();
+    let shares = picked_shares(&figures);
     let rates = all(&|run| run.figures.picking_rate());
     let loss = whole.and_then(|whole| {
         let pairs = whole.iter().zip(runs);

@@ -6,7 +6,7 @@ use super::method::{Method, MethodRun};
 use super::robots_down::ROBOTS_DOWN;
 use super::sweep_result::{Sweep, SweepBound, SweepPoint, SweepValue};
 use crate::clearance;
-use crate::decision::Figures;
+use crate::decision::{Figures, picked_shares};
 use crate::error::{Error, Result, known_names, shown};
 use crate::optimize::{Environment, bound_beside};
 use crate::pattern::Pattern;
@@ -229,7 +229,7 @@ fn summarise_bounds(by_pattern: &[Runs]) -> Option<SweepBound> {
 fn summarise(method: &Method, runs: &[&MethodRun], most: Option<f64>) -> SweepPoint {
     let figures: Vec<Figures> = runs.iter().map(|run| run.figures).collect();
     let all = |of: &dyn Fn(&Figures) -> f64| -> Vec<f64> { figures.iter().map(of).collect() };
-    let shares = all(&Figures::picked_share);
+    let shares = picked_shares(&figures);
     let rates = all(&Figures::picking_rate);
     let contents: Option<Vec<_>> = runs.iter().map(|run| run.contents.as_ref()).collect();
     let of_patterns = |holds: &dyn Fn(&Figures) -> bool| {
