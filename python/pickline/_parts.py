@@ -11,6 +11,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from pickline import _pickline
+from pickline._patterns import as_given
 from pickline._pickline import Pattern, Station
 from pickline._pickline import patterns as patterns_of
 from pickline.simulation import as_station, conditions
@@ -58,9 +59,10 @@ def as_patterns(
     patterns: Pattern | Iterable[Pattern] | str, station: Station, items: int, seed: int
 ) -> list[Pattern]:
     """The patterns themselves, or those of a source."""
-    if isinstance(patterns, str):
-        return patterns_of(patterns, station, items=items, seed=seed)
-    return [patterns] if isinstance(patterns, Pattern) else list(patterns)
+    given = as_given(patterns)
+    if isinstance(given, str):
+        return patterns_of(given, station, items=items, seed=seed)
+    return given
 
 
 def as_slots(slots: int | None, observation: str) -> int:
@@ -68,6 +70,33 @@ def as_slots(slots: int | None, observation: str) -> int:
     if slots is None:
         return 10 if observation == "paper" else 16
     return slots
+
+
+def as_reward(reward: Any) -> tuple[float, float]:
+    """The two weights of a reward; lists are those of datasets, which keep arguments as JSON."""
+    try:
+        pick, rate = (float(weight) for weight in reward)
+    except (TypeError, ValueError):
+        raise TypeError(
+            f"reward: {reward!r} is not two numbers\n"
+            "  cure: give the weights of a pick and of the rate at the end, such as (1.0, 1.0)"
+        ) from None
+    return pick, rate
+
+
+def missing(packages: str, error: ModuleNotFoundError) -> ModuleNotFoundError:
+    """The error for one of ``packages`` that is missing."""
+    return ModuleNotFoundError(f"{error}\n  cure: pip install {packages}", name=error.name)
+
+
+class Uncopied:
+    """An environment: a copy would share its state, and steps of one would be those of the other."""
+
+    def __copy__(self) -> Any:
+        raise TypeError(
+            "an environment cannot be pickled or copied\n  cure: make one where it is stepped, from the same "
+            "arguments; stations, patterns and results can be pickled"
+        )
 
 
 def make_batch(
@@ -86,12 +115,16 @@ def make_batch(
     """The environments in Rust."""
     station = as_station(station)
     patterns = as_patterns(patterns, station, items, pattern_seed)
+    if not isinstance(observation, str):
+        raise TypeError(
+            f"observation: {observation!r} is not a text\n  cure: give 'full', 'paper' or 'real'"
+        )
     slots = as_slots(slots, observation)
-    if isinstance(reward, list):
-        # Datasets keep the arguments as JSON, which has no tuples.
-        reward = tuple(reward)
+    if not isinstance(wait, bool | np.bool_):
+        raise TypeError(f"wait: {wait!r} is not a bool\n  cure: give True or False")
+    reward = as_reward(reward)
     batch = _pickline.Batch(
-        station, patterns, conditions(**under), observation, slots, wait, reward, count
+        station, patterns, conditions(**under), observation, slots, bool(wait), reward, count
     )
     return station, patterns, batch
 

@@ -20,13 +20,18 @@ def as_given(patterns: Patterns) -> str | list[Pattern]:
         return [patterns]
     if isinstance(patterns, str | os.PathLike):
         return os.fspath(patterns)
+    cure = "give a text such as grid:0.15, a Pattern, or a list of them"
     try:
-        return list(patterns)
+        given = list(patterns)
     except TypeError:
         raise TypeError(
             f"patterns: {type(patterns).__name__} is neither a source of patterns nor patterns\n"
-            "  cure: give a text such as grid:0.15, a Pattern, or a list of them"
+            f"  cure: {cure}"
         ) from None
+    for one in given:
+        if not isinstance(one, Pattern):
+            raise TypeError(f"patterns: {type(one).__name__} is not a pattern\n  cure: {cure}")
+    return given
 
 
 def as_cases(cases: Cases) -> str | list[tuple[str, str | list[Pattern]]]:

@@ -12,7 +12,7 @@ import numpy as np
 from gymnasium import error
 from numpy.typing import NDArray
 
-from pickline._parts import PAPER_REWARD, SlotSpace, make_batch, observation_space, rust_seed
+from pickline._parts import PAPER_REWARD, SlotSpace, Uncopied, make_batch, observation_space, rust_seed
 from pickline._pickline import Pattern, Station
 from pickline.rendering import FPS, LinePainter
 from pickline.simulation import Picks
@@ -20,7 +20,7 @@ from pickline.simulation import Picks
 __all__ = ["SortingEnv"]
 
 
-class SortingEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
+class SortingEnv(Uncopied, gymnasium.Env[NDArray[np.float32], np.int64]):
     """Robots along a moving belt pick items; every step is one decision of one robot.
 
     ## Description
@@ -156,6 +156,7 @@ class SortingEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
             self._painter = LinePainter(self.station, in_window=render_mode == "human")
         self._open = True
         self._begun = False
+        self._running = False
         self._seeded = False
         self.observation_space = observation_space(self._batch)
         self.action_space = SlotSpace(self._mask)
@@ -165,8 +166,10 @@ class SortingEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         """Begin an episode on a pattern drawn at random."""
         self._check_open("reset")
+        if options is not None and not isinstance(options, dict):
+            raise TypeError(f"options: {options!r} is not a dict\n  cure: give none")
         if options:
-            raise ValueError(f"options: unknown option {sorted(options)[0]!r}\n  cure: give none")
+            raise ValueError(f"options: unknown option {min(options, key=str)!r}\n  cure: give none")
         super().reset(seed=seed)
         if seed is None and not self._seeded:
             seed = int(self.np_random.integers(2**63))
@@ -175,7 +178,7 @@ class SortingEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
             self._seeded = True
         observation = np.zeros(self._batch.observation_size, np.float32)
         self._batch.begin(observation, self._mask)
-        self._begun = True
+        self._begun = self._running = True
         if self.render_mode == "human":
             self._picture()
         return observation, self._info()
@@ -185,10 +188,9 @@ class SortingEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
     ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Take one decision."""
         self._check_open("step")
-        if not self._begun:
-            raise error.ResetNeeded(
-                "step: no episode has begun\n  cure: call reset before the first step"
-            )
+        if not self._running:
+            state = "the episode is over" if self._begun else "no episode has begun"
+            raise error.ResetNeeded(f"step: {state}\n  cure: call reset before the first step of one")
         try:
             index = operator.index(action)
         except TypeError:
@@ -199,10 +201,14 @@ class SortingEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
             raise ValueError(
                 f"action: {index} is out of range\n  cure: give 0 to {len(self._mask) - 1}"
             )
+        if not self._mask[index]:
+            filled = f"only {len(self.slot_items)} slots hold an item"
+            raise ValueError(f"action: {index}, but {filled}\n  cure: give an action that the mask allows")
         observation = np.zeros(self._batch.observation_size, np.float32)
         reward, figures = self._batch.advance(index, observation, self._mask)
         info = self._info()
         if figures is not None:
+            self._running = False
             info.update(figures)
         if self.render_mode == "human":
             self._picture()

@@ -14,7 +14,7 @@ import numpy as np
 from gymnasium import spaces
 
 from pickline import _pickline
-from pickline._parts import PAPER_REWARD, as_patterns, as_slots, observation_space
+from pickline._parts import PAPER_REWARD, as_patterns, as_reward, as_slots, observation_space
 from pickline._pickline import Pattern, Station
 from pickline._progress import Progress, watcher
 from pickline._registration import ENVIRONMENT_ID
@@ -83,11 +83,15 @@ def to_minari(
         KeyboardInterrupt: Ctrl-C. No dataset is written.
     """
     call = call_text(to_minari, {name: value for name, value in locals().items() if value is not None})
+    for name, text in dict(author=author, author_email=author_email, code_permalink=code_permalink).items():
+        if text is not None and not isinstance(text, str):
+            raise TypeError(f"{name}: {text!r} is not a text\n  cure: give a text, or leave it out")
     minari, folder = _free_place(dataset_id)
     line = as_station(station)
     given = dict(items=items, pattern_seed=pattern_seed, observation=observation)
     given |= dict(slots=slots, wait=wait, reward=reward, **under)
     slots = as_slots(slots, observation)
+    reward = as_reward(reward)
     drawn = as_patterns(patterns, line, items, pattern_seed)
     with watcher(progress) as watch:
         name, episodes = _pickline.demonstrate(
@@ -144,7 +148,7 @@ def _free_place(dataset_id: str) -> tuple[Any, os.PathLike[str]]:
     except (ValueError, TypeError):
         raise ValueError(
             f"dataset_id: {dataset_id!r} is not the name of a dataset\n"
-            '  cure: give NAMESPACE/NAME-vN, such as "pickline/expert-v0"'
+            '  cure: give NAMESPACE/NAME-vN, such as "pickline/expert-v0", in names of two letters or more'
         ) from None
     folder = get_dataset_path(dataset_id)
     if os.path.exists(folder):

@@ -9,16 +9,20 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
-from pettingzoo import AECEnv
-from pettingzoo.utils import wrappers
 
-from pickline._parts import SlotSpace
+from pickline._parts import SlotSpace, Uncopied, missing
 from pickline.environment import SortingEnv
+
+try:
+    from pettingzoo import AECEnv
+    from pettingzoo.utils import wrappers
+except ModuleNotFoundError as error:
+    raise missing("pettingzoo", error) from error
 
 __all__ = ["SortingAECEnv", "env", "raw_env"]
 
 
-class SortingAECEnv(AECEnv):
+class SortingAECEnv(Uncopied, AECEnv):
     """Robots along a moving belt pick items; the robot whose decision is due is the agent that acts.
 
     The process is that of :class:`pickline.environment.SortingEnv`, and so are its arguments, actions,

@@ -10,15 +10,19 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from stable_baselines3.common.vec_env import VecEnv
 
-from pickline._parts import COUNTS, VALUES
+from pickline._parts import COUNTS, VALUES, Uncopied, missing
 from pickline.vector import SortingVectorEnv
+
+try:
+    from stable_baselines3.common.vec_env import VecEnv
+except ModuleNotFoundError as error:
+    raise missing("stable-baselines3 sb3-contrib", error) from error
 
 __all__ = ["SortingVecEnv"]
 
 
-class SortingVecEnv(VecEnv):
+class SortingVecEnv(Uncopied, VecEnv):
     """``num_envs`` lines for the algorithms of Stable-Baselines3 and sb3-contrib.
 
     MaskablePPO finds the masks by ``env_method("action_masks")``:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import difflib
+import functools
+import inspect
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,6 +119,27 @@ class Simulation:
         )
 
 
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def naming(read: Callable[P, R]) -> Callable[P, R]:
+    """``read``, which says of an argument that it does not have which ones there are."""
+    known = list(inspect.signature(read).parameters)
+
+    @functools.wraps(read)
+    def checked(*args: P.args, **given: P.kwargs) -> R:
+        for name in given:
+            if name not in known:
+                near = difflib.get_close_matches(name, known, 1)
+                cure = f"did you mean {near[0]}?" if near else f"the conditions are {', '.join(known)}"
+                raise TypeError(f"{name}: there is no such argument\n  cure: {cure}")
+        return read(*args, **given)
+
+    return checked
+
+
+@naming
 def conditions(
     *,
     update_hz: float = 0.0,
@@ -140,6 +164,7 @@ def conditions(
     )
 
 
+@naming
 def search_conditions(
     *,
     update_hz: float = 0.0,
@@ -160,7 +185,14 @@ def search_conditions(
 
 def as_station(station: Station | str | os.PathLike[str]) -> Station:
     """The station itself, or the one of this name or file."""
-    return station if isinstance(station, Station) else Station(station)
+    if isinstance(station, Station):
+        return station
+    if not isinstance(station, str | os.PathLike):
+        raise TypeError(
+            f"station: {station!r} is not a station\n"
+            "  cure: give a Station, the name of a built-in one, or a station file"
+        )
+    return Station(station)
 
 
 def simulate(

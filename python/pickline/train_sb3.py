@@ -315,7 +315,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(error, file=sys.stderr)
         return 2
     except ImportError as error:
-        print(f"{error}\n  cure: pip install './python[sb3]'", file=sys.stderr)
+        print(f"{error}\n  cure: pip install stable-baselines3 sb3-contrib", file=sys.stderr)
         return 2
     export(model, file, exporter)
     return 0

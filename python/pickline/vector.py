@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import os
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -19,6 +20,7 @@ from pickline._parts import (
     VALUES,
     SlotSpace,
     SlotsSpace,
+    Uncopied,
     make_batch,
     observation_space,
     rust_seed,
@@ -32,7 +34,7 @@ _INTEGERS = "iu"
 _FLAGS = ("_action_mask", *(f"_{name}" for name in (*COUNTS, *VALUES)))
 
 
-class SortingVectorEnv(gymnasium.vector.VectorEnv):
+class SortingVectorEnv(Uncopied, gymnasium.vector.VectorEnv):
     """``num_envs`` environments as :class:`pickline.environment.SortingEnv`, stepped in Rust threads.
 
     A step releases the GIL and allocates nothing in Rust. Autoreset is ``SAME_STEP``: the observation
@@ -71,8 +73,10 @@ class SortingVectorEnv(gymnasium.vector.VectorEnv):
         render_mode: str | None = None,
         **under: Any,
     ) -> None:
-        if num_envs < 1:
-            raise ValueError(f"num_envs: {num_envs}\n  cure: give 1 or more")
+        try:
+            num_envs = operator.index(num_envs)
+        except TypeError:
+            raise TypeError(f"num_envs: {num_envs!r} is not an integer\n  cure: give one") from None
         if render_mode is not None:
             raise ValueError(f"render_mode: {render_mode!r} is not available\n  cure: leave it out")
         super().__init__()
@@ -126,7 +130,7 @@ class SortingVectorEnv(gymnasium.vector.VectorEnv):
         if isinstance(seed, int | np.integer):
             seeds: list[int | None] = [int(seed) + i for i in range(self.num_envs)]
         elif seed is not None:
-            seeds = list(seed)
+            seeds = self._seeds(seed)
         elif not self._begun:
             seeds = [int(s) for s in self.np_random.integers(2**63, size=self.num_envs)]
         else:
@@ -135,6 +139,9 @@ class SortingVectorEnv(gymnasium.vector.VectorEnv):
             raise ValueError(
                 f"seed: {len(seeds)} seeds\n  cure: give {self.num_envs}, or one number"
             )
+        least = min((own for own in seeds if own is not None), default=0)
+        if least < 0:
+            raise ValueError(f"seed: {least} is negative\n  cure: give 0 or more")
         for index, own in enumerate(seeds):
             if own is not None and (chosen is None or chosen[index]):
                 self._batch.reseed(index, rust_seed(own))
@@ -184,8 +191,22 @@ class SortingVectorEnv(gymnasium.vector.VectorEnv):
             )
         return np.ascontiguousarray(given, np.int64)
 
+    @staticmethod
+    def _seeds(given: Sequence[int | None]) -> list[int | None]:
+        try:
+            return [None if own is None else operator.index(own) for own in given]
+        except TypeError:
+            raise TypeError(
+                f"seed: {given!r} is neither a number nor a list of them\n"
+                "  cure: give an integer, or one for every environment"
+            ) from None
+
     def _reset_mask(self, options: dict[str, Any] | None) -> NDArray[np.bool_] | None:
-        unknown = sorted(set(options or {}) - {"reset_mask"})
+        if options is not None and not isinstance(options, dict):
+            raise TypeError(
+                f"options: {options!r} is not a dict\n  cure: give {{'reset_mask': mask}} or none"
+            )
+        unknown = sorted(set(options or {}) - {"reset_mask"}, key=str)
         if unknown:
             raise ValueError(
                 f"options: unknown option {unknown[0]!r}\n  cure: give 'reset_mask' or none"

@@ -11,6 +11,12 @@ use pyo3::prelude::*;
 /// makes one of.
 pub(crate) fn numbers(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     let numpy = given.py().import("numpy")?;
+    let masked = numpy.getattr("ma")?;
+    if masked.call_method1("is_masked", (given,))?.is_truthy()? {
+        return Err(PyValueError::new_err(format!(
+            "{name}: some values are masked\n  cure: leave these items out, or give their values"
+        )));
+    }
     let array = numpy.call_method1("asarray", (given,)).map_err(|error| {
         PyValueError::new_err(format!(
             "{name}: {}\n  cure: give an array with one dimension, with a number for every item",

@@ -33,6 +33,9 @@ pub(crate) struct Batch {
     state: Mutex<Option<Crew<Portion>>>,
 }
 
+/// More environments take more memory than machines have.
+const MOST_ENVIRONMENTS: usize = 100_000;
+
 /// The arrays that a step writes: observations [count, observation], masks [count, actions], rewards
 /// and ends [count], items and items picked [count, 2], weight, end, picking rate and weighted rate of
 /// the episodes that are over [count, 4], zero where one goes on.
@@ -169,15 +172,17 @@ impl Batch {
         patterns: Vec<PyRef<'_, Pattern>>,
         #[pyo3(from_py_with = ConditionArguments::read)] conditions: ConditionArguments,
         observation: &str,
-        #[pyo3(from_py_with = scalars::count)] slots: usize,
+        #[pyo3(from_py_with = scalars::count::slots)] slots: usize,
         wait: bool,
         reward: (f64, f64),
-        #[pyo3(from_py_with = scalars::count)] count: usize,
+        #[pyo3(from_py_with = scalars::count::num_envs)] count: usize,
     ) -> PyResult<Self> {
         let view: View = observation.parse().map_err(exception)?;
         let layout = Layout::new(view, slots, wait).map_err(exception)?;
-        if count == 0 {
-            return Err(PyValueError::new_err("num_envs: 0\n  cure: give 1 or more"));
+        if !(1..=MOST_ENVIRONMENTS).contains(&count) {
+            return Err(PyValueError::new_err(format!(
+                "num_envs: {count}\n  cure: give 1 to {MOST_ENVIRONMENTS}"
+            )));
         }
         let (pick, rate) = reward;
         let reward = Reward { pick, rate };
@@ -274,7 +279,7 @@ impl Batch {
         written: Written<'_>,
     ) -> PyResult<bool> {
         let (observations, masks, rewards, ended, counts, values) = written;
-        let actions = actions.as_array();
+        let given = actions.as_array();
         let held = self.hold()?;
         let mut observations = borrowed(&observations)?;
         let observations = rows(&mut observations)?;
@@ -290,7 +295,7 @@ impl Batch {
         let values = rows(&mut values)?;
         let (size, wide) = (self.layout.observation(), self.layout.actions());
         self.check(&[
-            ("actions", actions.len(), self.count),
+            ("actions", given.len(), self.count),
             ("observations", observations.len(), self.count * size),
             ("masks", masks.len(), self.count * wide),
             ("rewards", rewards.len(), self.count),
@@ -298,9 +303,15 @@ impl Batch {
             ("counts", counts.len(), self.count * 2),
             ("values", values.len(), self.count * 4),
         ])?;
-        // Negative actions are out of range, as too large ones are.
         let index = |given: &i64| usize::try_from(*given).unwrap_or(usize::MAX);
-        let actions: Vec<usize> = actions.iter().map(index).collect();
+        let actions: Vec<usize> = given.iter().map(index).collect();
+        if let Some(place) = actions.iter().position(|action| *action >= wide) {
+            return Err(PyValueError::new_err(format!(
+                "environment {place}: action {} is out of range\n  cure: give 0 to {}",
+                given[place],
+                wide - 1
+            )));
+        }
         held.without_gil(py, |crew| {
             for (mut portion, actions) in crew.portions().zip(actions.chunks(AT_ONCE)) {
                 portion.choose(actions)?;

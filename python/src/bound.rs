@@ -20,7 +20,7 @@ pub(crate) fn bound(
     pattern: &Pattern,
     weight: bool,
     slot: Option<f64>,
-    #[pyo3(from_py_with = scalars::count)] iterations: usize,
+    #[pyo3(from_py_with = scalars::count::iterations)] iterations: usize,
     #[pyo3(from_py_with = scalars::seed)] seed: u64,
     #[pyo3(from_py_with = ConditionArguments::read)] conditions: ConditionArguments,
     progress: Option<Bound<'_, PyAny>>,

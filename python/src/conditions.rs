@@ -50,8 +50,17 @@ impl ConditionArguments {
         let dictionary = given
             .cast::<PyDict>()
             .map_err(|error| wrong(error.to_string()))?;
-        let read = dictionary.extract::<Self>();
-        read.map_err(|error| wrong(error.value(given.py()).to_string()))
+        dictionary.extract::<Self>().map_err(|error| {
+            let problem = error.value(given.py()).to_string();
+            let field = problem.rsplit_once('.').map(|(_, field)| field);
+            let value = field.and_then(|field| dictionary.get_item(field).ok().flatten());
+            match field.zip(value) {
+                Some((field, value)) => PyTypeError::new_err(format!(
+                    "{field}: {value:?} has the wrong type\n  cure: see the conditions of pickline.simulate"
+                )),
+                None => wrong(problem),
+            }
+        })
     }
 
     /// `conditions` with the outages, checked.

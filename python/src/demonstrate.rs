@@ -30,7 +30,7 @@ pub(crate) fn demonstrate<'py>(
     strategy: &Bound<'_, PyAny>,
     #[pyo3(from_py_with = ConditionArguments::read)] conditions: ConditionArguments,
     observation: &str,
-    #[pyo3(from_py_with = scalars::count)] slots: usize,
+    #[pyo3(from_py_with = scalars::count::slots)] slots: usize,
     wait: bool,
     reward: (f64, f64),
     #[pyo3(from_py_with = scalars::seed)] seed: u64,

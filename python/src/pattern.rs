@@ -11,7 +11,7 @@ use pickline::error::{counted, rounded};
 use pickline::pattern::{
     self, Attributes, ClassShares, Feed, FeedParameters, PatternSource, Recipe,
 };
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::PathBuf;
@@ -73,8 +73,21 @@ fn check_length<T>(name: &str, values: Option<&Vec<T>>, items: usize) -> PyResul
 fn width_of(given: &Bound<'_, PyAny>) -> PyResult<f64> {
     match given.cast::<Station>() {
         Ok(station) => Ok(station.get().inner.belt().width),
-        Err(_) => given.extract(),
+        Err(_) => given.extract().map_err(|_| {
+            PyTypeError::new_err(format!(
+                "width: a {} is not a width\n  cure: give metres, or a station",
+                given.get_type()
+            ))
+        }),
     }
+}
+
+/// The error of a generator that is called directly: the number of items is its argument `items`.
+fn of_items(error: pickline::Error) -> pickline::Error {
+    error.spell_settings(|name| match name {
+        "count" => "`items`".into(),
+        other => format!("'{other}'"),
+    })
 }
 
 #[pymethods]
@@ -122,8 +135,8 @@ impl Pattern {
             p_detection: detections[i],
             p_grasp: grasps[i],
             weight: weights[i],
-            class: classes[i].clone(),
-            true_class: true_classes[i].clone(),
+            class: classes[i].clone().filter(|class| !class.is_empty()),
+            true_class: true_classes[i].clone().filter(|class| !class.is_empty()),
         };
         let items = (0..x.len()).map(item).collect();
         let pattern = work::quick(py, || pickline::Pattern::new(items))?;
@@ -158,10 +171,12 @@ impl Pattern {
         py: Python<'_>,
         width: &Bound<'_, PyAny>,
         spacing: f64,
-        #[pyo3(from_py_with = scalars::count)] items: usize,
+        #[pyo3(from_py_with = scalars::count::items)] items: usize,
     ) -> PyResult<Self> {
         let width = width_of(width)?;
-        let pattern = work::quick(py, || pattern::grid(width, spacing, items))?;
+        let pattern = work::quick(py, || {
+            pattern::grid(width, spacing, items).map_err(of_items)
+        })?;
         Ok(pattern.into())
     }
 
@@ -172,12 +187,14 @@ impl Pattern {
         py: Python<'_>,
         width: &Bound<'_, PyAny>,
         radius: f64,
-        #[pyo3(from_py_with = scalars::count)] items: usize,
+        #[pyo3(from_py_with = scalars::count::items)] items: usize,
         #[pyo3(from_py_with = scalars::seed)] seed: u64,
     ) -> PyResult<Self> {
         let width = width_of(width)?;
         let mut rng = pattern::random_stream(seed, 0);
-        let pattern = work::quick(py, || pattern::poisson_disk(width, radius, items, &mut rng))?;
+        let pattern = work::quick(py, || {
+            pattern::poisson_disk(width, radius, items, &mut rng).map_err(of_items)
+        })?;
         Ok(pattern.into())
     }
 
@@ -188,7 +205,7 @@ impl Pattern {
         py: Python<'_>,
         station: &Station,
         flow: f64,
-        #[pyo3(from_py_with = scalars::count)] items: usize,
+        #[pyo3(from_py_with = scalars::count::items)] items: usize,
         #[pyo3(from_py_with = scalars::seed)] seed: u64,
     ) -> PyResult<Self> {
         let source = PatternSource::Feed {
@@ -197,7 +214,7 @@ impl Pattern {
             count: 1,
         };
         let recipe = Recipe::new(*station.inner.belt(), items, seed);
-        let mut set = work::quick(py, || source.build(&recipe))?.patterns;
+        let mut set = work::quick(py, || source.build(&recipe).map_err(of_items))?.patterns;
         let missing = || PyValueError::new_err("the feed gives no pattern");
         Ok(set.pop().ok_or_else(missing)?.into())
     }
@@ -282,7 +299,7 @@ pub(crate) fn patterns(
     py: Python<'_>,
     source: &str,
     station: &Station,
-    #[pyo3(from_py_with = scalars::count)] items: usize,
+    #[pyo3(from_py_with = scalars::count::items)] items: usize,
     flow: Option<f64>,
     cluster_size: Option<f64>,
     cluster_spread: Option<f64>,

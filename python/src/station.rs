@@ -3,6 +3,7 @@
 use crate::scalars;
 use crate::work;
 use pickline::station::{self, BUILT_INS, Overrides};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -61,6 +62,15 @@ impl Source {
     }
 }
 
+/// The name of a built-in station, or a file.
+fn station_name(given: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
+    given.extract().map_err(|_| {
+        PyTypeError::new_err(format!(
+            "name: {given:?} is not the name of a station\n  cure: give that of a built-in one, or of a file"
+        ))
+    })
+}
+
 impl Station {
     fn made(py: Python<'_>, source: Source, robots: Option<usize>) -> PyResult<Self> {
         let station = work::quick(py, || source.station(robots))?;
@@ -82,8 +92,8 @@ impl Station {
     #[pyo3(signature = (name = PathBuf::from("paper"), *, robots = None, belt_speed = None))]
     fn new(
         py: Python<'_>,
-        name: PathBuf,
-        #[pyo3(from_py_with = scalars::optional_count)] robots: Option<usize>,
+        #[pyo3(from_py_with = station_name)] name: PathBuf,
+        #[pyo3(from_py_with = scalars::optional_count::robots)] robots: Option<usize>,
         belt_speed: Option<f64>,
     ) -> PyResult<Self> {
         let name = name.to_string_lossy().into_owned();
@@ -104,7 +114,7 @@ impl Station {
         py: Python<'_>,
         text: &str,
         name: &str,
-        #[pyo3(from_py_with = scalars::optional_count)] robots: Option<usize>,
+        #[pyo3(from_py_with = scalars::optional_count::robots)] robots: Option<usize>,
         belt_speed: Option<f64>,
     ) -> PyResult<Self> {
         let source = Source {

@@ -32,7 +32,7 @@ pub(crate) fn import_mot(
     reverse: bool,
     angle: f64,
     centre_px: Option<f64>,
-    #[pyo3(from_py_with = scalars::count)] min_frames: usize,
+    #[pyo3(from_py_with = scalars::count::min_frames)] min_frames: usize,
     split_distance: f64,
     merge_distance: f64,
     class_names: Option<&str>,

@@ -177,3 +177,58 @@ def test_the_rust_side_alone(station, patterns, rest, observation, slots, wait, 
             attempt(batch.step, patterns, reward)
             attempt(batch.advance, slots, reward, rest)
             attempt(batch.begin, reward, rest)
+
+
+ENVIRONMENT = {"patterns": "grid:0.3", "items": 10}
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "call"),
+    [
+        (ValueError, "width", lambda: pickline.Pattern.grid(float("inf"), 0.15, 5)),
+        (ValueError, "width", lambda: pickline.Pattern.grid(1e308, 0.15, 5)),
+        (ValueError, "width", lambda: pickline.Pattern.grid(0, 0.15, 5)),
+        (ValueError, "width", lambda: pickline.Pattern.poisson(-1, 0.15, 5)),
+        (ValueError, "width", lambda: pickline.Pattern.poisson(float("nan"), 0.15, 5)),
+        (TypeError, "width", lambda: pickline.Pattern.grid("a", 0.15, 5)),
+        (ValueError, "items", lambda: pickline.Pattern.grid(1.05, 0.15, 0)),
+        (ValueError, "items", lambda: pickline.Pattern.grid(1.05, 0.15, -1)),
+        (TypeError, "items", lambda: pickline.Pattern.grid(1.05, 0.15, 2.5)),
+        (ValueError, "robots", lambda: pickline.Station("paper", robots=-1)),
+        (TypeError, "name", lambda: pickline.Station(3)),
+        (TypeError, "station", lambda: pickline.SortingEnv(None)),
+        (TypeError, "patterns", lambda: pickline.SortingEnv(patterns=None)),
+        (TypeError, "patterns", lambda: pickline.SortingEnv(patterns=[1])),
+        (TypeError, "observation", lambda: pickline.SortingEnv(**ENVIRONMENT, observation=None)),
+        (TypeError, "wait", lambda: pickline.SortingEnv(**ENVIRONMENT, wait=3)),
+        (TypeError, "reward", lambda: pickline.SortingEnv(**ENVIRONMENT, reward="x")),
+        (TypeError, "reward", lambda: pickline.SortingEnv(**ENVIRONMENT, reward=(1,))),
+        (ValueError, "reward", lambda: pickline.SortingEnv(**ENVIRONMENT, reward=(1e308, 1.0))),
+        (ValueError, "slots", lambda: pickline.SortingEnv(**ENVIRONMENT, slots=-1)),
+        (TypeError, "foo: there is no", lambda: pickline.SortingEnv(**ENVIRONMENT, foo=1)),
+        (TypeError, "did you mean camera_x", lambda: pickline.SortingEnv(**ENVIRONMENT, camera=1)),
+        (TypeError, "misdetections", lambda: pickline.SortingEnv(**ENVIRONMENT, misdetections=2)),
+        (TypeError, "outages", lambda: pickline.SortingEnv(**ENVIRONMENT, outages=(300,))),
+        (TypeError, "options", lambda: pickline.SortingEnv(**ENVIRONMENT).reset(options=3)),
+        (TypeError, "num_envs", lambda: pickline.SortingVectorEnv("a", **ENVIRONMENT)),
+        (TypeError, "num_envs", lambda: pickline.SortingVectorEnv(1.5, **ENVIRONMENT)),
+        (ValueError, "num_envs", lambda: pickline.SortingVectorEnv(10**9, **ENVIRONMENT)),
+        (ValueError, "seed", lambda: pickline.SortingVectorEnv(2, **ENVIRONMENT).reset(seed=-1)),
+        (ValueError, "seed", lambda: pickline.SortingVectorEnv(2, **ENVIRONMENT).reset(seed=[1, -1])),
+        (TypeError, "seed", lambda: pickline.SortingVectorEnv(2, **ENVIRONMENT).reset(seed="ab")),
+        (TypeError, "seed", lambda: pickline.SortingVectorEnv(2, **ENVIRONMENT).reset(seed=1.5)),
+    ],
+)
+def test_messages_name_the_argument_and_a_cure(kind, name, call):
+    with pytest.raises(kind) as raised:
+        call()
+    assert name in str(raised.value) and "cure: " in str(raised.value), raised.value
+
+
+def test_masked_values_are_not_taken_for_values():
+    masked = np.ma.array([-1.0, -2.0], mask=[False, True])
+    for columns in ({"x": masked, "y": [0.0, 0.1]}, {"x": [-1.0, -2.0], "y": [0.0, 0.1], "weight": masked}):
+        with pytest.raises(ValueError, match="some values are masked\n  cure: "):
+            pickline.Pattern(**columns)
+    whole = np.ma.array([-1.0, -2.0], mask=[False, False])
+    assert pickline.Pattern(whole, [0.0, 0.1]).x.tolist() == [-1.0, -2.0]

@@ -103,6 +103,23 @@ def test_other_frames_are_refused(frame, columns, words):
     assert words in str(raised.value) and "cure: " in str(raised.value)
 
 
+def test_patterns_are_read_from_tables_of_arrow():
+    read = pickline.Pattern.from_frame(polars.DataFrame(COLUMNS).to_arrow())
+    assert read == pickline.Pattern.from_frame(polars.DataFrame(COLUMNS))
+
+
+def test_frames_that_have_no_place_for_an_item_are_refused():
+    twice = pandas.DataFrame([[0.0, 0.1, 0.2]], columns=["x", "y", "x"])
+    with pytest.raises(ValueError, match="two columns are called `x`\n  cure: "):
+        pickline.Pattern.from_frame(twice)
+    nulls = pandas.DataFrame({"x": pandas.array([0, pandas.NA], dtype="Int64"), "y": [0.0, 0.1]})
+    for frame in (nulls, polars.DataFrame({"x": [0, None], "y": [0.0, 0.1]})):
+        with pytest.raises(ValueError, match="row 1 has no `x`\n  cure: "):
+            pickline.Pattern.from_frame(frame)
+    with pytest.raises(TypeError, match="LazyFrame.* has no values yet\n  cure: call its `collect`"):
+        pickline.Pattern.from_frame(polars.LazyFrame(COLUMNS))
+
+
 def test_missing_values_of_pandas_are_unknown():
     frame = pandas.DataFrame({"x": [0.0, -1.0], "y": [0.0, 0.0]}).assign(
         weight=pandas.array([pandas.NA, 3], dtype="Int64"), p_grasp=[np.nan, 0.5]

@@ -400,5 +400,5 @@ def test_names_become_topics() -> None:
 
 def test_the_package_that_mqtt_needs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "paho.mqtt.client", None)
-    with pytest.raises(MissingPackage, match=r"pickline\[mqtt\]"):
+    with pytest.raises(MissingPackage, match="pip install paho-mqtt"):
         Camera("mqtt://127.0.0.1")

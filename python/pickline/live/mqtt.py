@@ -108,7 +108,7 @@ class MqttTransport(Transport):
             import paho.mqtt.properties
             import paho.mqtt.subscribeoptions  # noqa: F401
         except ImportError as error:
-            cure = "install it with `pip install 'pickline[mqtt]'`, or use the node's TCP address"
+            cure = "install it with `pip install paho-mqtt`, or use the node's TCP address"
             raise MissingPackage(f"{address}", f"MQTT needs the package paho-mqtt: {error}", cure) from None
         self.address = address
         self.prefix = check_prefix(prefix)
