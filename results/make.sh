@@ -55,7 +55,7 @@ for station in paper paper-narrow; do
         --svg "$out/sweep/$station/picked.svg" > "$out/sweep/$station/table.txt"
 done
 policies=()
-for policy in sb3-1 native-1 native-2 native-3; do
+for policy in {sb3,native}-{1,2,3}; do
     policies+=(--strategy "onnx:results/sb3/$policy.onnx")
 done
 compare_into "$out/sb3/compare" --paper --no-bound "${policies[@]}"

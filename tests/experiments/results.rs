@@ -53,8 +53,12 @@ fn the_docs_show_what_the_policies_of_both_trainers_gain() {
             let percent: f64 = row.unwrap()[benefit].parse().unwrap();
             format!("{percent:.1}")
         };
-        let natives = ["native-1", "native-2", "native-3"].map(of).join(" / ");
-        let cells = format!("| {case} | {} | {natives} |", of("sb3-1"));
+        let seeds = |trainer: &str| {
+            [1, 2, 3]
+                .map(|seed| of(&format!("{trainer}-{seed}")))
+                .join(" / ")
+        };
+        let cells = format!("| {case} | {} | {} |", seeds("sb3"), seeds("native"));
         assert!(docs.contains(&cells), "docs/rl.md lacks {cells}");
     }
 }
