@@ -357,11 +357,15 @@ fn times_that_do_not_depend_on_the_way_are_a_table_or_nothing() {
         let station = fitted_station(&guess(), &line).unwrap();
         assert_eq!(station.warnings("s"), [], "{noise}");
     }
-    // Asked for a speed, it says that there is none.
+    // Asked for a speed, it says that none explains them.
     let speed = quick().with_law(FitLaw::Speed);
     let line = fit_line(&guess(), &flat(0.0), &speed).unwrap();
     let found = line.arms[0].as_ref().unwrap();
-    assert!(has_note(found, "do the times grow"), "{:?}", found.notes);
+    assert!(
+        has_note(found, "the law explains little"),
+        "{:?}",
+        found.notes
+    );
 }
 
 /// Ways of one length give no table that an arm could have.

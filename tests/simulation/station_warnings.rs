@@ -213,9 +213,9 @@ fn a_table_without_times_is_warned_of() {
     let told = warned("[[0, 0], [1, 0]]");
     assert!(told.len() == 1 && told[0].contains("travel"), "{told:?}");
     // The cure is for lengths and times, not for a speed.
-    let told = warned("[[0, 1], [1, 250]]");
+    let told = warned("[[0, 0.001], [1, 0.002]]");
     let words = [
-        "a move of 1 m takes 250 s by the table",
+        "a move of 1 m takes 0.002 s by the table",
         "lengths in metres and times in seconds",
     ];
     for word in words {

@@ -219,7 +219,7 @@ fn bunches_far_apart_have_no_steady_state() {
     for (near, far) in [(1, 1), (2, 1), (1, 2), (10, 10)] {
         let bunch = |count: u32, x: f64| {
             (0..count).map(move |i| {
-                let x = x - 0.15 * f64::from(i);
+                let x = x - 0.05 * f64::from(i);
                 Item::at(format!("{x}"), x, 0.0)
             })
         };
