@@ -156,7 +156,7 @@ impl<'a> CompareStudy<'a> {
         study.choose_strategies()?;
         for strategy in &study.strategies {
             // Report an error before the long search for robust GT.
-            strategy.alone(robots)?;
+            strategy.check_on(station)?;
         }
         options.own.methods.training.check(robots)?;
         study.choose_greedy()?;
