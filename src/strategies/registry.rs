@@ -47,7 +47,7 @@ pub static STRATEGIES: &[StrategyKind] = &[
     StrategyKind {
         name: "share",
         form: "share:W1,W2,...[,K=V]",
-        summary: "weighted round robin over items in order of arrival; each robot takes its own",
+        summary: "weighted round robin in order of arrival; each robot takes its own",
         options: &Share::KEYS,
         budgeted: false,
         read: |text| allocation(Share::read(text.unwrap_or_default())?),
@@ -63,7 +63,7 @@ pub static STRATEGIES: &[StrategyKind] = &[
     StrategyKind {
         name: "zones",
         form: "zones[:Y1,Y2,...][,K=V]",
-        summary: "each robot takes the items in its band across the belt; equal bands by default",
+        summary: "each robot takes the items in its band across the belt [equal bands]",
         options: &Zones::KEYS,
         budgeted: false,
         read: |text| allocation(Zones::read(text.unwrap_or_default())?),
