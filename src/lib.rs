@@ -88,6 +88,7 @@ pub mod clearance;
 pub mod sim;
 pub mod throughput;
 pub mod purity;
+pub mod allocation;
 pub mod planning;
 pub mod policy;
 pub mod strategies;

@@ -261,6 +261,7 @@ def compare(
     greedy: bool,
     policy: bool,
     bound: bool,
+    tune: bool,
     area: str | None,
     p_detection: str | None,
     p_grasp: str | None,

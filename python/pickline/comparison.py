@@ -230,6 +230,7 @@ def compare(
     greedy: bool = True,
     policy: bool = True,
     bound: bool = True,
+    tune: bool = False,
     area: str | None = None,
     p_detection: str | None = None,
     p_grasp: str | None = None,
@@ -263,6 +264,8 @@ def compare(
         policy: Whether to compare the trained policy that ships with the package; it is always left out
             if another policy is compared or if the line is far from its training.
         bound: Whether to find what no strategy can exceed.
+        tune: Whether to add the best of what line software ships (shares, every n-th item, zones, FIFO for
+            all), tuned on training patterns; its name is ``"rival"``.
         area: Distribution of the areas of generated items [cm^2], such as ``"lognormal:80,0.5"``.
         p_detection: Distribution of their probability that the detection is a real item.
         p_grasp: Distribution of their probability that a grasp succeeds.
@@ -292,6 +295,7 @@ def compare(
             greedy=greedy,
             policy=policy,
             bound=bound,
+            tune=tune,
             area=area,
             p_detection=p_detection,
             p_grasp=p_grasp,

@@ -63,8 +63,8 @@ impl GivenCases {
 /// The report of a :class:`pickline.Comparison`; ``call`` is how it says who made it.
 #[pyfunction]
 #[pyo3(signature = (station, cases, *, strategy, replicates, reference, robust, train_patterns,
-    train_items, paper, greedy, policy, bound, area, p_detection, p_grasp, classes, seed, conditions,
-    progress, call))]
+    train_items, paper, greedy, policy, bound, tune, area, p_detection, p_grasp, classes, seed,
+    conditions, progress, call))]
 #[expect(clippy::too_many_arguments, reason = "the options of the program")]
 pub(crate) fn compare(
     py: Python<'_>,
@@ -80,6 +80,7 @@ pub(crate) fn compare(
     greedy: bool,
     policy: bool,
     bound: bool,
+    tune: bool,
     area: Option<&str>,
     p_detection: Option<&str>,
     p_grasp: Option<&str>,
@@ -107,6 +108,7 @@ pub(crate) fn compare(
             .with_greedy(greedy)
             .with_policy(policy)
             .with_bound(bound)
+            .with_tune(tune)
             .with_reference(reference);
         let options = strategies
             .into_iter()

@@ -104,6 +104,18 @@ def test_a_comparison_with_what_can_go_wrong_is_that_of_the_program(tmp_path):
     assert result.classes.names == {"item_class": "class"}
 
 
+def test_the_tuned_rival_is_that_of_the_program(tmp_path):
+    plain = dict(replicates=2, robust="SPT,FIFO", greedy=False, policy=False, bound=False)
+    result = pickline.compare(**plain, tune=True, reference="rival")
+    words = "--replicates 2 --robust SPT,FIFO --no-greedy --no-policy --no-bound --tune --reference rival"
+    written = files("compare", *words.split(), folder=tmp_path)
+    assert_same(result.runs, written["runs.csv"])
+    assert result.methods == ["rival", "robust_gt"]
+    # Other notes spell settings as each of the two calls them.
+    assert result.notes[1].startswith("rival is ")
+    assert result.notes[1] == json.loads(written["compare.json"])["notes"][1]
+
+
 def test_a_sweep_is_that_of_the_program(tmp_path):
     result = pickline.sweep(robust="SPT,FIFO", from_=0.03, to=0.06, step=0.01, greedy=True)
     words = "--robust SPT,FIFO --from 0.03 --to 0.06 --step 0.01 --greedy"

@@ -2,6 +2,7 @@
 
 use super::snapshot::Snapshot;
 use crate::error::{Error, Result};
+use crate::station::Station;
 
 /// The answer to a [`Snapshot`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,6 +43,14 @@ pub trait Strategy {
     /// [`Usage`](crate::error::ErrorKind::Usage): the strategy was made for another number.
     fn check_robots(&self, _robots: usize) -> Result<()> {
         Ok(())
+    }
+
+    /// Checks that the strategy is for this station. By default, only the number of robots counts.
+    ///
+    /// # Errors
+    /// [`Usage`](crate::error::ErrorKind::Usage): the strategy was made for another station.
+    fn check_station(&self, station: &Station) -> Result<()> {
+        self.check_robots(station.robots().len())
     }
 }
 

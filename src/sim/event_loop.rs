@@ -38,7 +38,7 @@ pub fn simulate_observed(
     let Some(observer) = observer else {
         return simulate(scene, strategy);
     };
-    strategy.check_robots(scene.station().robots().len())?;
+    strategy.check_station(scene.station())?;
     let mut announcer = Announcer::new(observer, scene);
     let mut run = Run::new(scene);
     run.look(strategy.needs_view());

@@ -260,7 +260,7 @@ impl<'a> Run<'a> {
     /// # Errors
     /// If the strategy is for another number of robots, or takes an action that the model forbids.
     pub fn play(&mut self, strategy: &mut dyn Strategy) -> Result<()> {
-        strategy.check_robots(self.scene.station().robots().len())?;
+        strategy.check_station(self.scene.station())?;
         self.play_on(strategy)
     }
 

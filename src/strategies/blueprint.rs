@@ -49,6 +49,14 @@ impl Blueprint {
         }
     }
 
+    /// The same under another name.
+    pub(crate) fn called(self, name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            ..self
+        }
+    }
+
     /// How the strategy is written, as [`parse`](super::parse) reads it.
     pub fn name(&self) -> &str {
         &self.name

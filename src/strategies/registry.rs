@@ -2,8 +2,11 @@
 
 use super::blueprint::Blueprint;
 use super::spec::{
-    LOOKAHEAD, Maker, RULES, StrategySpec, default_assignment, lookahead_maker, rule_maker,
+    LOOKAHEAD, Maker, RULES, StrategySpec, default_assignment, lookahead_maker, own_maker,
+    rule_maker,
 };
+use crate::allocation::{Every, Share, Zones};
+use crate::decision::Strategy;
 use crate::dispatch::Rule;
 use crate::error::{Error, Result, known_names, shown};
 use crate::planning::{KEYS, WrittenOptions};
@@ -42,6 +45,30 @@ pub static STRATEGIES: &[StrategyKind] = &[
         read: |text| Ok((rule_maker(text.unwrap_or_default().parse()?), None)),
     },
     StrategyKind {
+        name: "share",
+        form: "share:W1,W2,...[,K=V]",
+        summary: "weighted round robin in order of arrival; each robot takes its own",
+        options: &Share::KEYS,
+        budgeted: false,
+        read: |text| allocation(Share::read(text.unwrap_or_default())?),
+    },
+    StrategyKind {
+        name: "every",
+        form: "every:N1,N2,...[,K=V]",
+        summary: "each robot takes every N-th item that reaches it",
+        options: &Every::KEYS,
+        budgeted: false,
+        read: |text| allocation(Every::read(text.unwrap_or_default())?),
+    },
+    StrategyKind {
+        name: "zones",
+        form: "zones[:Y1,Y2,...][,K=V]",
+        summary: "each robot takes the items in its band across the belt [equal bands]",
+        options: &Zones::KEYS,
+        budgeted: false,
+        read: |text| allocation(Zones::read(text.unwrap_or_default())?),
+    },
+    StrategyKind {
         name: LOOKAHEAD,
         form: "lookahead[:KEY=VALUE,...]",
         summary: "plans ahead for all robots over the items in view, at every decision",
@@ -64,6 +91,11 @@ pub static STRATEGIES: &[StrategyKind] = &[
         },
     },
 ];
+
+/// A strategy that is the same for every line of its number of robots.
+fn allocation(strategy: impl Strategy + Clone + Send + Sync + 'static) -> Result<ReadStrategy> {
+    Ok((own_maker(strategy), None))
+}
 
 /// How the built-in policy is written.
 pub const POLICY: &str = "onnx";

@@ -5,6 +5,7 @@ use crate::decision::Strategy;
 use crate::dispatch::{Rule, RuleAssignment, RuleStrategy};
 use crate::error::{Error, Result};
 use crate::planning::{Allowance, Lookahead, LookaheadOptions, WrittenOptions};
+use crate::station::Station;
 use std::fmt;
 
 /// The name of rule assignments among the strategies.
@@ -19,6 +20,17 @@ pub(super) type Maker = Box<dyn Fn(&Setup) -> Result<Blueprint> + Send + Sync>;
 pub(super) fn rule_maker(rules: RuleAssignment) -> Maker {
     Box::new(move |setup| {
         let strategy = RuleStrategy(rules.clone().for_robots(setup.robots)?);
+        Ok(Blueprint::new(strategy.name(), move || {
+            Box::new(strategy.clone())
+        }))
+    })
+}
+
+/// Makes `strategy`, after checking that it is for the line's number of robots.
+pub(super) fn own_maker(strategy: impl Strategy + Clone + Send + Sync + 'static) -> Maker {
+    Box::new(move |setup| {
+        strategy.check_robots(setup.robots)?;
+        let strategy = strategy.clone();
         Ok(Blueprint::new(strategy.name(), move || {
             Box::new(strategy.clone())
         }))
@@ -153,6 +165,16 @@ impl StrategySpec {
             ));
         }
         (self.make)(setup)
+    }
+
+    /// Checks that the strategy is for `station`, before any long work.
+    ///
+    /// # Errors
+    /// As for [`StrategySpec::alone`], or what the strategy itself says about the station
+    /// ([`Strategy::check_station`]).
+    pub fn check_on(&self, station: &Station) -> Result<()> {
+        let strategy = self.alone(station.robots().len())?.make();
+        strategy.check_station(station)
     }
 
     /// The strategy for a line of `robots` robots about which nothing else is known. Strategies

@@ -4,7 +4,8 @@
 use super::blueprint::policy_distance;
 use super::notes::{Note, condition_notes, detection_notes};
 use super::options::{MethodSettings, StudyOptions};
-use super::robust::LineSearch;
+use super::robust::{LineSearch, RobustTraining};
+use super::tuning::{RIVAL, TunedRival, tune};
 use crate::error::{Error, Result, known_names, shown};
 use crate::experiment::{Case, Comparison, Draws, Method, add_bounds, compare_methods};
 use crate::optimize::Environment;
@@ -27,6 +28,7 @@ pub struct CompareSettings {
     methods: MethodSettings,
     replicates: usize,
     policy: bool,
+    tune: bool,
     reference: String,
 }
 
@@ -39,6 +41,7 @@ impl Default for CompareSettings {
             },
             replicates: 100,
             policy: true,
+            tune: false,
             reference: "robust_gt".into(),
         }
     }
@@ -67,8 +70,16 @@ impl CompareOptions {
         self
     }
 
+    /// With the best of what line software ships, tuned on training patterns, or without it. Its name is
+    /// `rival`.
+    #[must_use]
+    pub fn with_tune(mut self, tune: bool) -> Self {
+        self.own.tune = tune;
+        self
+    }
+
     /// With the others compared against this method, by its name in files: `robust_gt`,
-    /// `greedy_gt` or a strategy as it is written.
+    /// `greedy_gt`, a strategy as it is written, or `rival`.
     #[must_use]
     pub fn with_reference(mut self, method: &str) -> Self {
         method.clone_into(&mut self.own.reference);
@@ -156,7 +167,7 @@ impl<'a> CompareStudy<'a> {
         study.choose_strategies()?;
         for strategy in &study.strategies {
             // Report an error before the long search for robust GT.
-            strategy.alone(robots)?;
+            strategy.check_on(station)?;
         }
         options.own.methods.training.check(robots)?;
         study.choose_greedy()?;
@@ -167,7 +178,8 @@ impl<'a> CompareStudy<'a> {
 
     /// Number of methods, robust GT included.
     pub fn methods(&self) -> usize {
-        1 + usize::from(self.greedy) + self.strategies.len()
+        let tuned = usize::from(self.options.own.tune);
+        1 + usize::from(self.greedy) + self.strategies.len() + tuned
     }
 
     /// The seed of the first pattern of each random case: the training uses the master seed.
@@ -245,6 +257,7 @@ impl<'a> CompareStudy<'a> {
         let mut ids = vec!["robust_gt"];
         ids.extend(self.greedy.then_some("greedy_gt"));
         ids.extend(self.strategies.iter().map(|strategy| strategy.text()));
+        ids.extend(self.options.own.tune.then_some(RIVAL));
         let reference = &self.options.own.reference;
         ids.iter().position(|id| id == reference).ok_or_else(|| {
             Error::usage(
@@ -313,7 +326,30 @@ impl<'a> CompareStudy<'a> {
             notes.extend(distance.map(|distance| Note::Distance(distance.to_string())));
             methods.push(Method::Strategy(blueprint));
         }
+        if options.own.tune {
+            let rival = self.tune_rival(&line, environment)?;
+            notes.push(Note::Rival(rival.remark));
+            methods.push(Method::Strategy(rival.blueprint));
+        }
         methods[..=self.reference].rotate_right(1);
         Ok((methods, notes))
+    }
+
+    /// The best of what line software ships, on the patterns that robust GT is found on, or on some like
+    /// the cases.
+    fn tune_rival(&self, line: &LineSearch, environment: &Environment) -> Result<TunedRival> {
+        let like_cases = |items| line.like_cases(self.cases, items);
+        let (set, seen) = match &self.options.own.methods.training {
+            RobustTraining::On(set) => (set.clone(), false),
+            RobustTraining::LikeScored { items } | RobustTraining::Paper { items } => {
+                let training = like_cases(*items)?;
+                (training.set, training.seen)
+            }
+            RobustTraining::Given(_) => {
+                let training = like_cases(None)?;
+                (training.set, training.seen)
+            }
+        };
+        tune(self.station, (&set, seen), line.conditions(), environment)
     }
 }

@@ -40,6 +40,7 @@ mod sweep_options;
 #[cfg(feature = "onnx")]
 mod train;
 mod trials;
+mod tuning;
 mod values;
 
 pub use blueprint::{BlueprintOptions, PolicyDistance, blueprint, policy_distance};

@@ -36,6 +36,8 @@ pub enum Note {
         /// The strategy with all its settings, as it is written.
         full: String,
     },
+    /// What the best of the strategies that line software ships is, and how it was tuned.
+    Rival(String),
     /// How the line differs from a policy's training.
     Distance(String),
     /// The same, for some values of a sweep.
@@ -166,7 +168,7 @@ impl fmt::Display for Note {
                 f.write_str(&left_out(*robots, *replicates))
             }
             Self::FullName { name, full } => write!(f, "{name} is {full}"),
-            Self::Distance(text) => f.write_str(text),
+            Self::Rival(text) | Self::Distance(text) => f.write_str(text),
             Self::DistanceAtValues {
                 count,
                 all,

@@ -196,7 +196,10 @@ impl<'a> OptimizeStudy<'a> {
         set.source.check_fresh(&set.recipe, fresh)?;
         let robots = station.robots().len();
         let strategies = options.strategies.iter();
-        let strategies = strategies.map(|strategy| strategy.alone(robots));
+        let strategies = strategies.map(|strategy| {
+            strategy.check_on(station)?;
+            strategy.alone(robots)
+        });
         let search = &options.own.search;
         let grasp = search.grasp.with_seed(options.seed).checked()?;
         Ok(Self {

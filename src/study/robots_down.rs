@@ -98,7 +98,7 @@ impl<'a> RobotsDownStudy<'a> {
         let robots = station.robots().len();
         let (strategies, note) = options.own.methods.strategies(&options.strategies);
         for strategy in &strategies {
-            strategy.alone(robots)?;
+            strategy.check_on(station)?;
         }
         options.own.methods.training.check(robots)?;
         // A different seed from the training set's.

@@ -421,7 +421,9 @@ impl<'a> LineSearch<'a> {
             bases: &bases,
             allowance,
         };
-        strategy.on(&setup)
+        let blueprint = strategy.on(&setup)?;
+        blueprint.make().check_station(self.station)?;
+        Ok(blueprint)
     }
 }
 

@@ -80,7 +80,7 @@ impl<'a> SweepStudy<'a> {
             check_robots(options, line)?;
             let robots = line.station.robots().len();
             for strategy in &strategies {
-                strategy.alone(robots)?;
+                strategy.check_on(&line.station)?;
             }
             options.own.methods.training.check(robots)?;
         }

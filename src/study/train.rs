@@ -382,7 +382,7 @@ fn expert(plan: &Plan, stations: &[Station]) -> Result<Option<StrategySpec>> {
     };
     let expert = strategies::parse(&imitation.strategy).map_err(inside)?;
     for station in stations {
-        expert.alone(station.robots().len()).map_err(inside)?;
+        expert.check_on(station).map_err(inside)?;
     }
     Ok(Some(expert))
 }

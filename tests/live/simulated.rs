@@ -170,7 +170,26 @@ fn real_lines_pick_what_the_simulator_picks() {
                 );
             }
             equals_simulation(&station, &pattern, "lookahead:budget=200");
+            allocations_equal_simulation(&station, &pattern);
         }
+    }
+}
+
+/// Shares, every n-th item and zones.
+fn allocations_equal_simulation(station: &Station, pattern: &Pattern) {
+    let robots = station.robots().len();
+    let list = |value: &dyn Fn(usize) -> usize| {
+        let values = (0..robots).map(|robot| value(robot).to_string());
+        values.collect::<Vec<_>>().join(",")
+    };
+    let (weights, intervals) = (list(&|robot| 2 + robot % 2), list(&|robot| robots - robot));
+    for text in [
+        format!("share:{weights}"),
+        format!("share:{weights},feedback=yes,rule=SPT"),
+        format!("every:{intervals}"),
+        "zones".into(),
+    ] {
+        equals_simulation(station, pattern, &text);
     }
 }
 
@@ -226,6 +245,27 @@ fn looking_ahead_picks_what_the_simulator_picks() {
         let station = station(name, 2);
         for pattern in patterns(&station, 60) {
             equals_simulation(&station, &pattern, "lookahead:budget=200");
+        }
+    }
+}
+
+/// Windows that are apart and ones that overlap, so that missed items are handed over within reach.
+#[test]
+fn allocations_pick_what_the_simulator_picks() {
+    for name in ["paper", "paper-narrow"] {
+        let apart = station(name, 3);
+        let mut robots = apart.robots().to_vec();
+        for (place, robot) in robots.iter_mut().enumerate() {
+            let back = 1.5 * place as f64;
+            robot.base.x -= back;
+            robot.rest.x -= back;
+            robot.bins[0].at.x -= back;
+        }
+        let close = Station::new(*apart.belt(), robots).unwrap();
+        for station in [apart, close] {
+            for pattern in patterns(&station, 80) {
+                allocations_equal_simulation(&station, &pattern);
+            }
         }
     }
 }

@@ -3,6 +3,7 @@
 // Nothing uses a test from outside.
 #![allow(unreachable_pub)]
 
+mod allocation;
 mod checker;
 mod clearance;
 #[path = "../common/mod.rs"]

@@ -92,6 +92,7 @@ impl CompareArgs {
             .with_greedy(!self.no_greedy)
             .with_policy(!self.no_policy)
             .with_bound(!self.no_bound)
+            .with_tune(self.tune)
             .with_reference(&self.reference);
         self.strategy.iter().try_fold(options, |options, text| {
             Ok(options.with_strategy(parse_strategy(text, quiet)?))

@@ -109,8 +109,8 @@ impl StationChoice {
         let robots = station.robots().len();
         let in_file = |error: Error| error.at(&saved.place).into_input();
         let parsed = strategies::parse(&saved.text).map_err(in_file)?;
-        match parsed.alone(robots) {
-            Ok(_) => Ok((station, Some(saved.text))),
+        match parsed.check_on(&station) {
+            Ok(()) => Ok((station, Some(saved.text))),
             Err(_) if self.robots.is_some() => {
                 remark(&format!(
                     "{}: ignoring {}, which does not fit --robots {robots}",

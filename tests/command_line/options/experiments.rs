@@ -10,6 +10,8 @@ const SWEEP: [&str; 1] = ["sweep"];
 const BOTH: [&str; 2] = ["compare", "sweep"];
 const PICTURES: [&str; 3] = ["optimize", "compare", "sweep"];
 
+const DENSE: &str = "[[case]]\nname = \"d\"\npoisson = 0.15\nitems = 40\n";
+
 pub const ROWS: &[Row] = &[
     row(&COMPARE, "--cases", |rig, verb| {
         rig.write("far.csv", "id,x,y\nA,-1,0\n");
@@ -73,6 +75,26 @@ pub const ROWS: &[Row] = &[
             &format!("{call} --reference nobody"),
             &["--reference: `nobody`"],
         );
+    }),
+    row(&COMPARE, "--tune", |rig, verb| {
+        rig.write("dense.toml", DENSE);
+        let call = one(verb).replace("c.toml", "dense.toml");
+        assert_eq!(methods(rig, &call), ["robust_gt"]);
+        let call = format!("{call} --tune");
+        assert_eq!(methods(rig, &call), ["robust_gt", "rival"]);
+        let reversed = format!("{call} --reference rival");
+        assert_eq!(methods(rig, &reversed), ["rival", "robust_gt"]);
+        // The row is the strategy that the note names, with its parameters.
+        let report = rig.json(&format!("{call} -q --format json"));
+        let notes = report["notes"].as_array().unwrap().iter();
+        let mut notes = notes.filter_map(|note| note.as_str()?.strip_prefix("rival is "));
+        let (strategy, _) = notes.next().unwrap().split_once(", the best of").unwrap();
+        let given = format!("{} -q --format json --strategy {strategy}", one(verb));
+        let given = rig.json(&given.replace("c.toml", "dense.toml"));
+        for name in ["picked_share", "end_s", "picking_rate_per_min"] {
+            let at = format!("/cases/0/results/1/{name}");
+            assert_eq!(number(&report, &at), number(&given, &at), "{name}");
+        }
     }),
     row(&COMPARE, "--paper", |rig, _| {
         let call = "compare -q --robust SPT,FIFO --no-greedy --no-policy --no-bound --replicates 1";

@@ -68,6 +68,10 @@ pub(crate) struct CompareArgs {
     /// Leave out the trained policy that ships with the program
     #[arg(long)]
     pub no_policy: bool,
+    /// Add the best of what line software ships (shares, every n-th item, zones, FIFO for all), tuned
+    /// on training patterns; its name is rival
+    #[arg(long)]
+    pub tune: bool,
     /// Compare the others against this method, by its name in files, such as greedy_gt
     #[arg(long, value_name = "METHOD", default_value = "robust_gt")]
     pub reference: String,

@@ -104,7 +104,7 @@ impl Controller {
     /// As for [`Config::check`], or a strategy for another number of robots.
     pub fn new(station: Station, strategy: Box<dyn Strategy>, config: Config) -> Result<Self> {
         config.check(&station)?;
-        strategy.check_robots(station.robots().len())?;
+        strategy.check_station(&station)?;
         let robots = station.robots().iter();
         let robot_keys = robots.map(|robot| (SourceKind::Robot, robot.name.clone()));
         let robot_keys = robot_keys.collect();

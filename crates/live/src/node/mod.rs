@@ -41,7 +41,7 @@ pub fn run(
     let began = Instant::now();
     // Before any file is created.
     options.config.check(&station)?;
-    strategy.check_robots(station.robots().len())?;
+    strategy.check_station(&station)?;
     let (controller, kept) = KeptFiles::open(options, station, strategy, monitor)?;
     let hub = match Hub::open(&connections.place, connections.terms) {
         Ok(hub) => hub,
