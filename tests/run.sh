@@ -21,6 +21,8 @@ python3 tests/load/load.py --pickline "${CARGO_TARGET_DIR:-target}/debug/picklin
 python3 tests/load/latency.py --pickline "${CARGO_TARGET_DIR:-target}/debug/pickline" --seconds 10
 # Equilibria against an independent solver, which it installs under target/.
 bash tests/gambit/run.sh
+# Look-ahead and the bound against the optimum of small lines, by two foreign solvers.
+bash tests/optimality/run.sh
 # Travel times of arms against a trajectory generator.
 bash tests/ruckig/run.sh
 # Recordings of live runs, read by the mcap package of Python.

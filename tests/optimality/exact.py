@@ -214,7 +214,7 @@ def main() -> None:
         line = [options.pickline, *arguments]
         return subprocess.run(line, check=True, capture_output=True, text=True).stdout
 
-    print("line                                    look-ahead  schedule  optimum  HiGHS  bound")
+    print(f"{'line':58} look-ahead schedule  optimum  HiGHS  bound")
     totals = [0, 0, 0]
     with tempfile.TemporaryDirectory() as folder:
         for station, robots, speed, radius, items, seed in MANY if options.all else FEW:
@@ -253,7 +253,7 @@ def main() -> None:
             at_least = max(at_least, ahead, own)
             proven = f"{at_least}" if at_least == at_most else f"{at_least}..{at_most}"
             name = f"{station} {robots} robots {speed} m/s poisson {radius} {items} items #{seed}"
-            print(f"{name:46} {ahead:3} {own:9} {proven:>8} {whole:6} {certified:6}", flush=True)
+            print(f"{name:58} {ahead:10} {own:8} {proven:>8} {whole:6} {certified:6}", flush=True)
             for what, broken in [
                 ("the bound is below a schedule", certified < at_least),
                 ("a schedule is above what the solvers allow", at_least > at_most),
