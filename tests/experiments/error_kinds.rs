@@ -210,11 +210,17 @@ fn the_error_beneath_that_of_a_file_is_kept() {
 /// Not only when the strategy is put on a line, which may be after hours of other work.
 #[test]
 fn wrong_options_of_a_strategy_are_refused_as_it_is_read() {
-    let options = STRATEGIES.iter().map(|kind| (kind.name, kind.options));
-    let options =
-        options.flat_map(|(name, options)| options.iter().map(move |(key, _)| (name, key)));
-    for (name, key) in options {
-        let error = refused(strategies::parse(&format!("{name}:{key}=?")));
+    let options = STRATEGIES
+        .iter()
+        .flat_map(|kind| kind.options.iter().map(move |(key, _)| (kind, key)));
+    for (kind, key) in options {
+        let name = kind.name;
+        // What must be given before options.
+        let values = match kind.form.split_once(":W1").or(kind.form.split_once(":N1")) {
+            Some(_) => "1,1,",
+            None => "",
+        };
+        let error = refused(strategies::parse(&format!("{name}:{values}{key}=?")));
         let place = format!("'strategy' {name}:{key}");
         assert_eq!(error.place(), Some(&*place), "{error}");
         assert_eq!(error.kind(), ErrorKind::Usage);
