@@ -296,6 +296,7 @@ fn class_names(station: &Station) -> Vec<&str> {
 ///
 /// # Errors
 /// All their classes are unwanted or without a bin.
+#[cfg(any(test, feature = "onnx"))]
 pub(crate) fn check_drawn_classes(station: &Station) -> Result<()> {
     let names = class_names(station);
     let is_wanted = |name: &&str| station.class(name).is_none_or(|class| class.wanted);

@@ -22,6 +22,7 @@ mod trainer;
 pub use batch::Batch;
 pub use courses::Courses;
 pub use demonstration::Demonstration;
+#[cfg(feature = "onnx")]
 pub(crate) use domain::check_drawn_classes;
 pub use domain::{Course, Domain};
 pub use environment::{DispatchEnvironment, Step};
