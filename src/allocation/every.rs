@@ -1,7 +1,7 @@
 //! Every n-th item: each robot counts the items that reach it.
 
 use super::items::KnownItems;
-use super::own_rules::{OwnRules, RULE};
+use super::own_rules::{OwnRules, RULE_OPTION};
 use super::written::{Written, check_count};
 use crate::decision::{Action, Snapshot, Strategy};
 use crate::dispatch::Rule;
@@ -36,10 +36,7 @@ enum Counted {
 
 impl Every {
     /// Options and their meanings, for help texts.
-    pub(crate) const KEYS: [(&'static str, &'static str); 1] = [(
-        RULE,
-        "how a robot chooses among its own, such as SPT, or SPT+FIFO for each robot [FIFO]",
-    )];
+    pub(crate) const KEYS: [(&'static str, &'static str); 1] = [RULE_OPTION];
 
     const MOST: f64 = 1e6;
     const CURE: &str = "give one whole number from 1 to 1000000 for each robot, upstream first, such \

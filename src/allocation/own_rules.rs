@@ -7,6 +7,11 @@ use crate::error::{Error, Result, counted};
 
 /// The option that sets them.
 pub(super) const RULE: &str = "rule";
+/// The same with its meaning, for help texts.
+pub(super) const RULE_OPTION: (&str, &str) = (
+    RULE,
+    "how a robot chooses among its own, such as SPT, or SPT+FIFO for each robot [FIFO]",
+);
 
 /// One rule for all robots, or one for each.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,7 +1,7 @@
 //! Shares: a weighted round robin over the items gives each robot its own.
 
 use super::items::{KnownItem, KnownItems};
-use super::own_rules::{OwnRules, RULE};
+use super::own_rules::{OwnRules, RULE, RULE_OPTION};
 use super::round_robin::RoundRobin;
 use super::written::{Written, check_count};
 use crate::decision::{Action, Snapshot, Strategy};
@@ -47,10 +47,7 @@ impl Share {
             "feedback",
             "yes or no: items that their robot missed go to those downstream [no]",
         ),
-        (
-            RULE,
-            "how a robot chooses among its own, such as SPT, or SPT+FIFO for each robot [FIFO]",
-        ),
+        RULE_OPTION,
     ];
 
     /// One weight for each robot, upstream first; each robot takes its own items by FIFO.

@@ -1,6 +1,6 @@
 //! Zones: each robot takes the items within its band across the belt.
 
-use super::own_rules::{OwnRules, RULE};
+use super::own_rules::{OwnRules, RULE_OPTION};
 use super::written::{Written, check_count};
 use crate::decision::{Action, Snapshot, Strategy};
 use crate::dispatch::Rule;
@@ -23,10 +23,7 @@ pub struct Zones {
 
 impl Zones {
     /// Options and their meanings, for help texts.
-    pub(crate) const KEYS: [(&'static str, &'static str); 1] = [(
-        RULE,
-        "how a robot chooses among its own, such as SPT, or SPT+FIFO for each robot [FIFO]",
-    )];
+    pub(crate) const KEYS: [(&'static str, &'static str); 1] = [RULE_OPTION];
 
     /// No border is farther from the middle of a belt [m].
     const MOST: f64 = 1e3;
