@@ -4,7 +4,7 @@ use crate::dispatch::Rule;
 use crate::error::{Error, Result, counted};
 use crate::optimize::Environment;
 use crate::pattern::PatternSet;
-use crate::sim::{Conditions, Scene, simulate};
+use crate::sim::{Conditions, Scene, simulate_while};
 use crate::station::{Belt, Station};
 use crate::strategies::{Blueprint, read_alone};
 use rayon::prelude::*;
@@ -174,10 +174,8 @@ impl Trials<'_> {
         let text = setting.text(self.station.belt());
         let blueprint = read_alone(&text, self.station.robots().len())?;
         let run = |scene: &Scene| {
-            if self.environment.stopped() {
-                return Err(Error::interrupted());
-            }
-            Ok(simulate(scene, blueprint.make().as_mut())?.figures)
+            let go_on = || !self.environment.stopped();
+            Ok(simulate_while(scene, blueprint.make().as_mut(), go_on)?.figures)
         };
         let figures: Result<Vec<_>> = self.scenes.par_iter().map(run).collect();
         let figures = figures?;
@@ -289,6 +287,7 @@ pub(super) fn tune(
 mod tests {
     use super::*;
     use crate::pattern::{PatternSource, Recipe};
+    use crate::sim::simulate;
     use crate::station::built_in;
     use crate::strategies::parse;
 
