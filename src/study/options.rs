@@ -2,6 +2,7 @@
 
 use super::notes::Note;
 use super::robust::RobustTraining;
+use crate::error::{Error, Result, shown};
 use crate::sim::Conditions;
 use crate::strategies::StrategySpec;
 use std::sync::Arc;
@@ -103,13 +104,34 @@ impl<S: AsMut<MethodSettings>> StudyOptions<S> {
 impl MethodSettings {
     /// The strategy of the station file, unless it is one of `given`, and those; with a note if
     /// it was added.
+    ///
+    /// # Errors
+    /// As for [`check_distinct`].
     pub(super) fn strategies(
         &self,
         given: &[Arc<StrategySpec>],
-    ) -> (Vec<Arc<StrategySpec>>, Option<Note>) {
+    ) -> Result<(Vec<Arc<StrategySpec>>, Option<Note>)> {
+        check_distinct(given)?;
         let saved = self.station_strategy.as_ref();
         let saved = saved.filter(|saved| given.iter().all(|s| s.text() != saved.text()));
         let note = saved.map(|saved| Note::StationStrategy(saved.text().to_owned()));
-        (saved.into_iter().chain(given).cloned().collect(), note)
+        Ok((saved.into_iter().chain(given).cloned().collect(), note))
     }
+}
+
+/// Checks that no two strategies would have the same name in results.
+///
+/// # Errors
+/// [`Usage`](crate::error::ErrorKind::Usage): one is given twice.
+pub(super) fn check_distinct(given: &[Arc<StrategySpec>]) -> Result<()> {
+    for (place, strategy) in given.iter().enumerate() {
+        if given[..place].iter().any(|s| s.text() == strategy.text()) {
+            return Err(Error::usage(
+                "'strategy'",
+                format!("`{}` is given twice", shown(strategy.text())),
+                "give each strategy once",
+            ));
+        }
+    }
+    Ok(())
 }

@@ -96,7 +96,7 @@ impl<'a> RobotsDownStudy<'a> {
     pub fn new(station: &'a Station, options: &'a RobotsDownOptions) -> Result<Self> {
         options.conditions.check_on(station)?;
         let robots = station.robots().len();
-        let (strategies, note) = options.own.methods.strategies(&options.strategies);
+        let (strategies, note) = options.own.methods.strategies(&options.strategies)?;
         for strategy in &strategies {
             strategy.check_on(station)?;
         }

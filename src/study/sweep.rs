@@ -75,7 +75,7 @@ impl<'a> SweepStudy<'a> {
             conditions.check_on(station)?;
         }
         let mut lines = values::lines(&options.own.values, station)?;
-        let (strategies, note) = options.own.methods.strategies(&options.strategies);
+        let (strategies, note) = options.own.methods.strategies(&options.strategies)?;
         for line in &lines {
             check_robots(options, line)?;
             let robots = line.station.robots().len();
