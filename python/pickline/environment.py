@@ -5,15 +5,24 @@ from __future__ import annotations
 import operator
 import os
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, Literal, Unpack
 
 import gymnasium
 import numpy as np
 from gymnasium import error
 from numpy.typing import NDArray
 
-from pickline._parts import PAPER_REWARD, SlotSpace, Uncopied, make_batch, observation_space, rust_seed
+from pickline._parts import (
+    PAPER_REWARD,
+    ObservationName,
+    SlotSpace,
+    Uncopied,
+    make_batch,
+    observation_space,
+    rust_seed,
+)
 from pickline._pickline import Pattern, Station
+from pickline.conditions import Conditions
 from pickline.rendering import FPS, LinePainter
 from pickline.simulation import Picks
 
@@ -110,7 +119,7 @@ class SortingEnv(Uncopied, gymnasium.Env[NDArray[np.float32], np.int64]):
         reward: The two weights of the reward.
         render_mode: ``"rgb_array"`` for pictures, ``"human"`` for a window; both need pygame
             (``pip install pygame-ce``).
-        **under: The conditions of every episode; see :func:`pickline.simulate`.
+        **under: The conditions of every episode; see :class:`pickline.Conditions`.
 
     Raises:
         ValueError: A value that the model does not allow, or patterns that do not fit the station.
@@ -127,12 +136,12 @@ class SortingEnv(Uncopied, gymnasium.Env[NDArray[np.float32], np.int64]):
         *,
         items: int = 50,
         pattern_seed: int = 1,
-        observation: str = "full",
+        observation: ObservationName = "full",
         slots: int | None = None,
         wait: bool = False,
         reward: tuple[float, float] = PAPER_REWARD,
-        render_mode: str | None = None,
-        **under: Any,
+        render_mode: Literal["rgb_array", "human"] | None = None,
+        **under: Unpack[Conditions],
     ) -> None:
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             known = " or ".join(self.metadata["render_modes"])
@@ -192,6 +201,8 @@ class SortingEnv(Uncopied, gymnasium.Env[NDArray[np.float32], np.int64]):
             state = "the episode is over" if self._begun else "no episode has begun"
             raise error.ResetNeeded(f"step: {state}\n  cure: call reset before the first step of one")
         try:
+            if isinstance(action, bool | np.bool_):
+                raise TypeError
             index = operator.index(action)
         except TypeError:
             raise TypeError(
@@ -201,9 +212,6 @@ class SortingEnv(Uncopied, gymnasium.Env[NDArray[np.float32], np.int64]):
             raise ValueError(
                 f"action: {index} is out of range\n  cure: give 0 to {len(self._mask) - 1}"
             )
-        if not self._mask[index]:
-            filled = f"only {len(self.slot_items)} slots hold an item"
-            raise ValueError(f"action: {index}, but {filled}\n  cure: give an action that the mask allows")
         observation = np.zeros(self._batch.observation_size, np.float32)
         reward, figures = self._batch.advance(index, observation, self._mask)
         info = self._info()
@@ -233,6 +241,9 @@ class SortingEnv(Uncopied, gymnasium.Env[NDArray[np.float32], np.int64]):
 
     def action_masks(self) -> NDArray[np.bool_]:
         """Which actions are allowed now, bool [actions]."""
+        self._check_open("action_masks")
+        if not self._begun:
+            raise error.ResetNeeded("action_masks: no episode has begun\n  cure: call reset before it")
         return self._mask.copy()
 
     @property

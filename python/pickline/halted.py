@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 from pickline import _pickline
 from pickline._patterns import Patterns, as_given
@@ -12,8 +12,9 @@ from pickline._pickline import Station
 from pickline._progress import Progress, watcher
 from pickline._strategies import Strategies, as_strategies
 from pickline.columns import Columns, Numbers, Texts
+from pickline.conditions import Conditions, conditions
 from pickline.result import Result, call_text, partial
-from pickline.simulation import as_station, conditions
+from pickline.simulation import as_station
 
 __all__ = ["HaltedPoints", "RobotsDown", "robots_down"]
 
@@ -104,7 +105,7 @@ def robots_down(
     classes: str | None = None,
     seed: int = 1,
     progress: Progress = False,
-    **under: Any,
+    **under: Unpack[Conditions],
 ) -> RobotsDown:
     """Halt each robot in turn and see what the line still does, as ``pickline sweep --sweep robots-down``
     does.
@@ -130,7 +131,7 @@ def robots_down(
         classes: Their classes and shares, such as ``"pet:0.6,wood:0.4"``.
         seed: Seed of everything random.
         progress: True for a bar by tqdm, or a callable; see :mod:`pickline`.
-        **under: Conditions of every run; see :func:`pickline.simulate`. ``misdetections`` is not among
+        **under: Conditions of every run; see :class:`pickline.Conditions`. ``misdetections`` is not among
             them.
 
     Raises:

@@ -90,6 +90,10 @@ class Result:
         """Everything, as the program's JSON."""
         return self.report.json()
 
+    def to_html(self) -> str | None:
+        """The page with tables and charts that the program writes; None if there is none."""
+        return self.report.page()
+
     def __str__(self) -> str:
         return self.report.text()
 

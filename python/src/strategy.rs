@@ -35,8 +35,25 @@ impl Raised {
 /// they raise is kept.
 pub(crate) fn strategies(given: &[Bound<'_, PyAny>]) -> PyResult<(Vec<StrategySpec>, Raised)> {
     let raised = Raised::default();
-    let specs = given.iter().map(|given| strategy_of(given, &raised));
-    Ok((specs.collect::<PyResult<_>>()?, raised))
+    let mut specs = Vec::with_capacity(given.len());
+    for given in given {
+        let spec = strategy_of(given, &raised)?;
+        // Functions without names of their own, such as lambdas, are told apart by numbers.
+        let is_new = |name: &str| specs.iter().all(|spec: &StrategySpec| spec.text() != name);
+        specs.push(
+            match given.is_instance_of::<PyString>() || is_new(spec.text()) {
+                true => spec,
+                false => {
+                    let numbered = (2..).map(|number| format!("{} {number}", spec.text()));
+                    match numbered.into_iter().find(|name| is_new(name)) {
+                        Some(name) => called(given, name, &raised),
+                        None => spec,
+                    }
+                }
+            },
+        );
+    }
+    Ok((specs, raised))
 }
 
 /// The strategy `given`; what it raises is kept in `raised`.
@@ -55,13 +72,18 @@ pub(crate) fn strategy_of(given: &Bound<'_, PyAny>, raised: &Raised) -> PyResult
         Ok(name) => name.extract()?,
         Err(_) => given.get_type().name()?.to_string(),
     };
+    Ok(called(given, name, raised))
+}
+
+/// The callable `given` as a strategy of this name.
+fn called(given: &Bound<'_, PyAny>, name: String, raised: &Raised) -> StrategySpec {
     let called = Called {
         callable: Arc::new(given.clone().unbind()),
         name: name.clone(),
         raised: raised.clone(),
         trouble: None,
     };
-    Ok(StrategySpec::custom(name, move || called.clone()))
+    StrategySpec::custom(name, move || called.clone())
 }
 
 /// A callable as a strategy.
@@ -100,6 +122,10 @@ impl Strategy for Called {
 
     fn trouble(&self) -> Option<String> {
         self.trouble.clone()
+    }
+
+    fn remedy(&self) -> String {
+        "let this one return the index of a candidate, or a Wait until later than now".into()
     }
 }
 

@@ -209,6 +209,18 @@ ENVIRONMENT = {"patterns": "grid:0.3", "items": 10}
         (TypeError, "did you mean camera_x", lambda: pickline.SortingEnv(**ENVIRONMENT, camera=1)),
         (TypeError, "misdetections", lambda: pickline.SortingEnv(**ENVIRONMENT, misdetections=2)),
         (TypeError, "outages", lambda: pickline.SortingEnv(**ENVIRONMENT, outages=(300,))),
+        (ValueError, "from_", lambda: pickline.sweep(from_=0.5, to=0.1)),
+        (ValueError, "sweep", lambda: pickline.sweep(sweep="speeds")),
+        (ValueError, "NUL", lambda: pickline.Pattern.from_csv("a\0b")),
+        (TypeError, "station", lambda: pickline.Pattern.random(3, 20.0, 5)),
+        (TypeError, "until", lambda: pickline.Wait("x")),
+        (
+            TypeError,
+            "image_size",
+            lambda: pickline.import_mot(
+                "x", fps=5.0, scale=0.001, axis="x", belt_speed=0.1, image_size=(1,)
+            ),
+        ),
         (TypeError, "options", lambda: pickline.SortingEnv(**ENVIRONMENT).reset(options=3)),
         (TypeError, "num_envs", lambda: pickline.SortingVectorEnv("a", **ENVIRONMENT)),
         (TypeError, "num_envs", lambda: pickline.SortingVectorEnv(1.5, **ENVIRONMENT)),
@@ -223,6 +235,21 @@ def test_messages_name_the_argument_and_a_cure(kind, name, call):
     with pytest.raises(kind) as raised:
         call()
     assert name in str(raised.value) and "cure: " in str(raised.value), raised.value
+
+
+def test_results_are_read_only():
+    run = pickline.simulate("paper", pickline.Pattern.grid(1.05, 0.15, 30))
+    for values in (run.picks.decide, run.missed, run.robot_busy):
+        with pytest.raises(ValueError, match="read-only"):
+            values[:] = 0
+    assert run.picks.to_pandas().release.max() <= run.end
+
+
+def test_stations_are_given_by_name_too():
+    line = pickline.Station("paper-narrow")
+    assert pickline.Pattern.random("paper-narrow", 20.0, 5) == pickline.Pattern.random(line, 20.0, 5)
+    named = pickline.patterns("grid:0.2", "paper-narrow", items=9)
+    assert named == pickline.patterns("grid:0.2", line, items=9)
 
 
 def test_masked_values_are_not_taken_for_values():

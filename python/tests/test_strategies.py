@@ -106,6 +106,15 @@ def test_a_callable_is_compared_with_rules():
     assert "shortest" in found.strategies.strategy.tolist()
 
 
+def test_functions_of_one_name_are_numbered_and_texts_are_given_once():
+    settings = dict(cases=PATTERN, robust="SPT,FIFO", greedy=False, policy=False, bound=False)
+    compared = pickline.compare(strategy=[lambda _: 0, shortest, lambda _: Wait()], **settings)
+    assert compared.methods == ["robust_gt", "<lambda>", "shortest", "<lambda> 2"]
+    assert compared.picking_rate.picking_rate_per_min[3] == 0 < compared.picking_rate.picking_rate_per_min[1]
+    with pytest.raises(ValueError, match="`strategy`: `SPT,SPT` is given twice\n  cure: "):
+        pickline.compare(strategy=["SPT,SPT", "SPT,SPT"], **settings)
+
+
 class Trouble(Exception):
     """Something that only this test raises."""
 

@@ -168,8 +168,8 @@ class Peer(Link):
             await self._abandon()
             if isinstance(trouble, Refused):
                 raise trouble from None
-            problem = trouble.problem if trouble else "no connection"
-            cure = trouble.cure if trouble else "check the address"
+            problem = trouble.problem if trouble else self._transport.reached
+            cure = trouble.cure if trouble else "check that a node is at this address"
             problem = f"{problem} (tried for {self._patience:g} s)"
             raise Unreachable(self._place, problem, cure) from trouble
         except BaseException:
