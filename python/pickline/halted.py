@@ -99,6 +99,7 @@ def robots_down(
     train_patterns: str | None = None,
     train_items: int | None = None,
     greedy: bool = False,
+    tune: bool = False,
     area: str | None = None,
     p_detection: str | None = None,
     p_grasp: str | None = None,
@@ -125,6 +126,8 @@ def robots_down(
         train_patterns: Training set of robust GT; patterns like those that are run if not given.
         train_items: Items in each pattern of the training set.
         greedy: Whether to add greedy GT, the best assignment for each single pattern.
+        tune: Whether to add the best of what line software ships (shares, every n-th item, zones, FIFO for
+            all), tuned on training patterns for the whole line; its name is ``"rival"``.
         area: Distribution of the areas of generated items [cm^2], such as ``"lognormal:80,0.5"``.
         p_detection: Distribution of their probability that the detection is a real item.
         p_grasp: Distribution of their probability that a grasp succeeds.
@@ -164,6 +167,7 @@ def robots_down(
             train_patterns=train_patterns,
             train_items=train_items,
             greedy=greedy,
+            tune=tune,
             area=area,
             p_detection=p_detection,
             p_grasp=p_grasp,

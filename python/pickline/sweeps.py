@@ -243,6 +243,7 @@ def sweep(
     train_patterns: str | None = None,
     train_items: int | None = None,
     greedy: bool = False,
+    tune: bool = False,
     bound: bool = True,
     area: str | None = None,
     p_detection: str | None = None,
@@ -276,6 +277,8 @@ def sweep(
         train_patterns: Training set of robust GT; patterns like those that are swept if not given.
         train_items: Items in each pattern of the training set.
         greedy: Whether to add greedy GT, the best assignment for each single pattern.
+        tune: Whether to add the best of what line software ships (shares, every n-th item, zones, FIFO for
+            all), tuned on training patterns for every line; its name is ``"rival"``.
         bound: Whether to find what no strategy can exceed.
         area: Distribution of the areas of generated items [cm^2], such as ``"lognormal:80,0.5"``.
         p_detection: Distribution of their probability that the detection is a real item.
@@ -323,6 +326,7 @@ def sweep(
             train_patterns=train_patterns,
             train_items=train_items,
             greedy=greedy,
+            tune=tune,
             bound=bound,
             area=area,
             p_detection=p_detection,

@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 /// The report of a :class:`pickline.RobotsDown`; ``call`` is how it says who made it.
 #[pyfunction]
 #[pyo3(signature = (station, *, strategy, patterns, items, feed, robust, train_patterns, train_items,
-    greedy, area, p_detection, p_grasp, classes, seed, conditions, progress, call))]
+    greedy, tune, area, p_detection, p_grasp, classes, seed, conditions, progress, call))]
 #[expect(clippy::too_many_arguments, reason = "the options of the program")]
 pub(crate) fn robots_down(
     py: Python<'_>,
@@ -27,6 +27,7 @@ pub(crate) fn robots_down(
     train_patterns: Option<&str>,
     #[pyo3(from_py_with = scalars::optional_count::train_items)] train_items: Option<usize>,
     greedy: bool,
+    tune: bool,
     area: Option<&str>,
     p_detection: Option<&str>,
     p_grasp: Option<&str>,
@@ -49,7 +50,8 @@ pub(crate) fn robots_down(
             .with_seed(seed)
             .with_conditions(conditions.clone())
             .with_training(training)
-            .with_greedy(greedy);
+            .with_greedy(greedy)
+            .with_tune(tune);
         let options = strategies
             .into_iter()
             .fold(options, RobotsDownOptions::with_strategy);

@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 /// The report of a :class:`pickline.Sweep`; ``call`` is how it says who made it.
 #[pyfunction]
 #[pyo3(signature = (station, sweep, *, strategy, patterns, items, feed, from_, to, step, purity,
-    robust, train_patterns, train_items, greedy, bound, area, p_detection, p_grasp, classes, seed,
+    robust, train_patterns, train_items, greedy, tune, bound, area, p_detection, p_grasp, classes, seed,
     conditions, progress, call))]
 #[expect(clippy::too_many_arguments, reason = "the options of the program")]
 pub(crate) fn sweep(
@@ -35,6 +35,7 @@ pub(crate) fn sweep(
     train_patterns: Option<&str>,
     #[pyo3(from_py_with = scalars::optional_count::train_items)] train_items: Option<usize>,
     greedy: bool,
+    tune: bool,
     bound: bool,
     area: Option<&str>,
     p_detection: Option<&str>,
@@ -62,6 +63,7 @@ pub(crate) fn sweep(
             .with_seed(seed)
             .with_conditions(conditions.clone())
             .with_greedy(greedy)
+            .with_tune(tune)
             .with_bound(bound);
         if let Some(purity) = purity {
             options = options.with_purity(purity);

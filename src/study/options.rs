@@ -73,6 +73,7 @@ pub struct MethodSettings {
     pub(super) station_strategy: Option<Arc<StrategySpec>>,
     pub(super) training: RobustTraining,
     pub(super) greedy: bool,
+    pub(super) tune: bool,
 }
 
 impl<S: AsMut<MethodSettings>> StudyOptions<S> {
@@ -97,6 +98,14 @@ impl<S: AsMut<MethodSettings>> StudyOptions<S> {
     #[must_use]
     pub fn with_greedy(mut self, greedy: bool) -> Self {
         self.own.as_mut().greedy = greedy;
+        self
+    }
+
+    /// With the best of what line software ships, tuned on training patterns, or without it. Its name is
+    /// `rival`.
+    #[must_use]
+    pub fn with_tune(mut self, tune: bool) -> Self {
+        self.own.as_mut().tune = tune;
         self
     }
 }

@@ -6,6 +6,7 @@ use super::options::{MethodSettings, StudyOptions};
 use super::patterns::ScoredPatterns;
 use super::robust::{LineSearch, RobustTraining};
 use super::sweep_options::DEFAULT_GRID;
+use super::tuning::tune;
 use super::values::{self, LineAt};
 use crate::error::Result;
 use crate::experiment::{Method, RobotsDown, halt_each_robot};
@@ -182,6 +183,14 @@ impl<'a> RobotsDownStudy<'a> {
             let distance = policy_distance(&blueprint, station);
             notes.extend(distance.map(|distance| Note::Distance(distance.to_string())));
             methods.push(Method::Strategy(blueprint));
+        }
+        if settings.tune {
+            let set = trained.rival_training(&settings.training, |items| {
+                trained.like(&self.source, items, &self.recipe)
+            })?;
+            let rival = tune(station, &set, trained.conditions(), environment)?;
+            notes.push(Note::Rival(rival.remark));
+            methods.push(Method::Strategy(rival.blueprint));
         }
         Ok((methods, notes))
     }

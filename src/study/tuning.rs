@@ -3,7 +3,7 @@
 use crate::dispatch::Rule;
 use crate::error::{Error, Result, counted};
 use crate::optimize::Environment;
-use crate::pattern::PatternSet;
+use crate::pattern::TrainingSet;
 use crate::sim::{Conditions, Scene, simulate_while};
 use crate::station::{Belt, Station};
 use crate::strategies::{Blueprint, read_alone};
@@ -27,6 +27,8 @@ const STEPS: [u32; 3] = [4, 2, 1];
 pub(super) struct TunedRival {
     /// The strategy, called [`RIVAL`].
     pub blueprint: Blueprint,
+    /// How it is written, with its parameters.
+    pub text: String,
     /// What it is, and how it compares with the others on the training patterns.
     pub remark: String,
 }
@@ -224,15 +226,14 @@ impl Trials<'_> {
     }
 }
 
-/// The strategy of line software that picks the most on patterns of `set`, under `conditions`; `seen` if
-/// the same patterns are scored.
+/// The strategy of line software that picks the most on patterns of a training set, under `conditions`.
 ///
 /// # Errors
 /// A pattern that does not fit on the belt, or
 /// [`Interrupted`](crate::error::ErrorKind::Interrupted).
 pub(super) fn tune(
     station: &Station,
-    (set, seen): (&PatternSet, bool),
+    TrainingSet { set, seen }: &TrainingSet,
     conditions: &Conditions,
     environment: &Environment,
 ) -> Result<TunedRival> {
@@ -271,13 +272,14 @@ pub(super) fn tune(
         "{RIVAL} is {}, the best of what line software ships on {}{}; picked there: {}",
         best.name(),
         counted(trials.scenes.len(), "training pattern"),
-        match seen {
+        match *seen {
             true => ", which are the very patterns used here and favour it",
             false => "",
         },
         lines.join(", ")
     );
     Ok(TunedRival {
+        text: best.name().to_owned(),
         blueprint: best.called(RIVAL),
         remark,
     })
@@ -291,7 +293,7 @@ mod tests {
     use crate::station::built_in;
     use crate::strategies::parse;
 
-    fn line() -> (Station, PatternSet) {
+    fn line() -> (Station, TrainingSet) {
         let station = built_in("paper").unwrap().station(Some(3)).unwrap();
         let recipe = Recipe {
             belt: *station.belt(),
@@ -301,7 +303,7 @@ mod tests {
             seed: 3,
         };
         let set = PatternSource::Balanced(2).build(&recipe).unwrap();
-        (station, set)
+        (station, TrainingSet { set, seen: false })
     }
 
     /// Weight is moved, not made; intervals and borders stay valid; everything can be written.
@@ -340,15 +342,15 @@ mod tests {
         let (station, set) = line();
         let conditions = Conditions::default();
         let environment = Environment::QUIET;
-        let rival = tune(&station, (&set, false), &conditions, &environment).unwrap();
-        let again = tune(&station, (&set, false), &conditions, &environment).unwrap();
+        let rival = tune(&station, &set, &conditions, &environment).unwrap();
+        let again = tune(&station, &set, &conditions, &environment).unwrap();
         assert_eq!(rival.remark, again.remark);
         assert_eq!(rival.blueprint.name(), RIVAL);
         let name = rival.blueprint.make().name();
         let begins = format!("rival is {name}, the best of what line software ships on 4 training");
         assert!(rival.remark.starts_with(&begins), "{}", rival.remark);
 
-        let patterns = set.patterns.iter();
+        let patterns = set.set.patterns.iter();
         let trials = Trials {
             station: &station,
             scenes: patterns.map(|p| Scene::new(&station, p).unwrap()).collect(),
