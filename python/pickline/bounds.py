@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickline import _pickline
+from pickline._arguments import checked
 from pickline._pickline import Pattern, Station
 from pickline._progress import Progress, watcher
 from pickline.columns import Columns
@@ -90,6 +91,7 @@ class Bound(Result):
         return f"<Bound: at most {self.picks_upper_bound} picks of {self.items} items>"
 
 
+@checked(SearchConditions)
 def bound(
     station: Station | str | os.PathLike[str],
     pattern: Pattern,

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Unpack
 
 from pickline import _pickline
+from pickline._arguments import checked
 from pickline._patterns import Cases, as_cases
 from pickline._pickline import Station
 from pickline._progress import Progress, watcher
@@ -217,6 +218,7 @@ class Comparison(Result):
         return f"<Comparison of {', '.join(self.methods)} on {cases}>"
 
 
+@checked(Conditions)
 def compare(
     station: Station | str | os.PathLike[str] = "paper",
     cases: Cases = "paper",

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import difflib
-import functools
-import inspect
-from collections.abc import Callable, Iterable
-from typing import Any, ParamSpec, TypedDict, TypeVar
+from collections.abc import Iterable
+from typing import Any, TypedDict
 
 __all__ = ["Conditions", "SearchConditions"]
 
@@ -45,27 +42,6 @@ class Conditions(SearchConditions, total=False):
     ``(300, 20)``."""
 
 
-P = ParamSpec("P")
-R = TypeVar("R")
-
-
-def naming(read: Callable[P, R]) -> Callable[P, R]:
-    """``read``, which says of an argument that it does not have which ones there are."""
-    known = list(inspect.signature(read).parameters)
-
-    @functools.wraps(read)
-    def checked(*args: P.args, **given: P.kwargs) -> R:
-        for name in given:
-            if name not in known:
-                near = difflib.get_close_matches(name, known, 1)
-                cure = f"did you mean {near[0]}?" if near else f"the conditions are {', '.join(known)}"
-                raise TypeError(f"{name}: there is no such argument\n  cure: {cure}")
-        return read(*args, **given)
-
-    return checked
-
-
-@naming
 def conditions(
     *,
     update_hz: float = 0.0,
@@ -77,7 +53,7 @@ def conditions(
     outage: str | Iterable[str] = (),
     outages: str | Iterable[float] | None = None,
 ) -> dict[str, Any]:
-    """The conditions of runs with all their values; a misspelled one is a ``TypeError``."""
+    """The conditions of runs with all their values."""
     return dict(
         update_hz=update_hz,
         camera_x=camera_x,
@@ -85,12 +61,11 @@ def conditions(
         grasp_success=grasp_success,
         position_noise=position_noise,
         misdetections=misdetections,
-        outage=[outage] if isinstance(outage, str) else list(outage),
-        outages=outages if outages is None or isinstance(outages, str) else tuple(outages),
+        outage=_outage_texts(outage),
+        outages=_mean_times(outages),
     )
 
 
-@naming
 def search_conditions(
     *,
     update_hz: float = 0.0,
@@ -107,3 +82,28 @@ def search_conditions(
         grasp_success=grasp_success,
         position_noise=position_noise,
     )
+
+
+def _outage_texts(outage: Any) -> list[str]:
+    given = [outage] if isinstance(outage, str) else outage
+    try:
+        texts = list(given)
+    except TypeError:
+        texts = [given]
+    for text in texts:
+        if not isinstance(text, str):
+            raise TypeError(f"outage: {text!r} is not a text\n  cure: give one such as 'r2:30..60', or a list of them")
+    return texts
+
+
+def _mean_times(outages: Any) -> str | tuple[float, ...] | None:
+    if outages is None or isinstance(outages, str):
+        return outages
+    try:
+        between, repair = (float(time) for time in outages)
+    except (TypeError, ValueError):
+        raise TypeError(
+            f"outages: {outages!r} is not a pair of times\n  cure: give the mean time between failures and the "
+            "mean time to repair [s], such as (300, 20)"
+        ) from None
+    return between, repair

@@ -12,6 +12,7 @@ import numpy as np
 from gymnasium import error
 from numpy.typing import NDArray
 
+from pickline._arguments import checked
 from pickline._parts import (
     PAPER_REWARD,
     ObservationName,
@@ -129,6 +130,7 @@ class SortingEnv(Uncopied, gymnasium.Env[NDArray[np.float32], np.int64]):
 
     metadata = {"render_modes": ["human", "rgb_array"], "render_fps": FPS}
 
+    @checked(Conditions)
     def __init__(
         self,
         station: Station | str | os.PathLike[str] = "paper",

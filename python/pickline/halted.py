@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Unpack
 
 from pickline import _pickline
+from pickline._arguments import checked
 from pickline._patterns import Patterns, as_given
 from pickline._pickline import Station
 from pickline._progress import Progress, watcher
@@ -84,6 +85,7 @@ class RobotsDown(Result):
         return f"<RobotsDown: {robots} robots, each halted, on {self.patterns} patterns>"
 
 
+@checked(Conditions)
 def robots_down(
     station: Station | str | os.PathLike[str] = "paper",
     patterns: Patterns = "grid:0.15",

@@ -14,6 +14,7 @@ import numpy as np
 from gymnasium import spaces
 
 from pickline import _pickline
+from pickline._arguments import checked
 from pickline._parts import (
     PAPER_REWARD,
     ObservationName,
@@ -33,6 +34,7 @@ from pickline.simulation import as_station
 __all__ = ["to_minari"]
 
 
+@checked(Conditions)
 def to_minari(
     dataset_id: str,
     strategy: Strategy,

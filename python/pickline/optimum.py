@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickline import _pickline
+from pickline._arguments import checked
 from pickline._patterns import Patterns, as_given
 from pickline._pickline import Station
 from pickline._progress import Progress, watcher
@@ -122,6 +123,7 @@ class Optimum(Result):
         return f"<Optimum {self.strategy}: mean {self.objective} {mean:.4g} {self.unit}>"
 
 
+@checked(SearchConditions)
 def optimize(
     station: Station | str | os.PathLike[str] = "paper",
     patterns: Patterns = "balanced:120",

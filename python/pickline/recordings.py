@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from pickline import _pickline
+from pickline._arguments import checked
 from pickline._pickline import Pattern
 
 __all__ = ["Import", "import_mot"]
@@ -32,6 +33,7 @@ class Import:
         return "\n".join([*self.lines, *warnings])
 
 
+@checked()
 def import_mot(
     file: str | os.PathLike[str],
     *,

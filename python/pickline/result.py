@@ -114,13 +114,20 @@ def call_text(function: Callable[..., Any], given: dict[str, Any]) -> str:
     words = [
         f"{name}={_shown(value)}"
         for name, value in given.items()
-        if name not in hidden and value != usual.get(name, usual)
+        if name not in hidden and not _is_usual(value, usual.get(name, usual))
     ]
     return f"pickline.{function.__name__}({', '.join(words)})"
 
 
+def _is_usual(value: Any, usual: Any) -> bool:
+    """Whether an argument has its default; arrays, which compare entry by entry, never are one."""
+    return type(value).__module__ != "numpy" and bool(value == usual)
+
+
 def _shown(value: Any) -> str:
     """A value in a call; a callable by its name, because its address changes from run to run."""
+    if type(value).__module__ == "numpy":
+        value = value.tolist()
     if isinstance(value, list | tuple):
         if value and all(isinstance(entry, _pickline.Pattern) for entry in value):
             return f"<{len(value)} patterns>"

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickline import _pickline
+from pickline._arguments import checked
 from pickline._pickline import Pattern, Station
 from pickline._progress import Progress, watcher
 from pickline._strategies import Strategy
@@ -135,6 +136,7 @@ def as_station(station: Station | str | os.PathLike[str]) -> Station:
     return Station(station)
 
 
+@checked(Conditions)
 def simulate(
     station: Station | str | os.PathLike[str],
     pattern: Pattern,
@@ -166,6 +168,11 @@ def simulate(
         OSError: A file that cannot be read.
         KeyboardInterrupt: Ctrl-C.
     """
+    if not isinstance(pattern, Pattern):
+        raise TypeError(
+            f"pattern: {pattern!r} is not a pattern\n  cure: give a Pattern, such as one of "
+            "pickline.patterns(source, station), or Pattern.from_csv(file)"
+        )
     call = call_text(simulate, locals())
     with watcher(progress) as watch:
         parts = _pickline.simulate(

@@ -10,6 +10,7 @@ from typing import Any, Literal, Self, Unpack, get_args
 import numpy as np
 
 from pickline import _pickline
+from pickline._arguments import checked
 from pickline._patterns import Patterns, as_given
 from pickline._pickline import Station
 from pickline._progress import Progress, watcher
@@ -223,6 +224,7 @@ class Sweep(Result):
         return f"<Sweep of {self.sweep} over {over.strip()}>"
 
 
+@checked(Conditions)
 def sweep(
     station: Station | str | os.PathLike[str] = "paper",
     sweep: Quantity = "speed",

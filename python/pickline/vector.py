@@ -14,6 +14,7 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
+from pickline._arguments import checked
 from pickline._parts import (
     COUNTS,
     PAPER_REWARD,
@@ -59,6 +60,7 @@ class SortingVectorEnv(Uncopied, gymnasium.vector.VectorEnv):
 
     metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.SAME_STEP}
 
+    @checked(Conditions)
     def __init__(
         self,
         num_envs: int = 1,

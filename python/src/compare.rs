@@ -115,10 +115,14 @@ pub(crate) fn compare(
             .fold(options, CompareOptions::with_strategy);
         let study = CompareStudy::new(line, &cases, &options)?;
         let compared = study.run(environment)?;
-        let scored = format!(
-            "cases {cases_name}, {replicates} patterns of random ones each, under the seeds {} and up",
-            study.first_seed()
-        );
+        let scored = match &cases {
+            // Nothing is drawn.
+            GivenCases::Patterns(_) if !conditions.is_random() => format!("cases {cases_name}"),
+            _ => format!(
+                "cases {cases_name}, {replicates} patterns of random ones each, under the seeds {} and up",
+                study.first_seed()
+            ),
+        };
         let made = Provenance::new(call, &station.name, line, &scored, seed).under(&conditions);
         let papers = matches!(&*cases_name, "paper" | "all");
         Ok(ComparisonReport::of_study(&compared, papers, paper && papers, shown(), made))

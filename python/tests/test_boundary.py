@@ -214,6 +214,15 @@ ENVIRONMENT = {"patterns": "grid:0.3", "items": 10}
         (ValueError, "NUL", lambda: pickline.Pattern.from_csv("a\0b")),
         (TypeError, "station", lambda: pickline.Pattern.random(3, 20.0, 5)),
         (TypeError, "until", lambda: pickline.Wait("x")),
+        (TypeError, "did you mean replicates", lambda: pickline.compare(replicate=3)),
+        (TypeError, "did you mean patterns", lambda: pickline.optimize(pattern="grid:0.2")),
+        (TypeError, "misdetections: ", lambda: pickline.optimize(misdetections=True)),
+        (TypeError, "strategy", lambda: pickline.compare(strategy=5)),
+        (TypeError, "pattern: 'grid:0.15'", lambda: pickline.simulate("paper", "grid:0.15")),
+        (TypeError, "bound: ", lambda: pickline.compare(bound="no")),
+        (TypeError, "alpha: ", lambda: pickline.optimize(alpha="x")),
+        (TypeError, "cases: ", lambda: pickline.compare(cases=3)),
+        (TypeError, "outage: ", lambda: pickline.SortingEnv(**ENVIRONMENT, outage=3)),
         (
             TypeError,
             "image_size",
@@ -235,6 +244,15 @@ def test_messages_name_the_argument_and_a_cure(kind, name, call):
     with pytest.raises(kind) as raised:
         call()
     assert name in str(raised.value) and "cure: " in str(raised.value), raised.value
+
+
+def test_arrays_are_arguments_too():
+    pattern = pickline.Pattern.grid(1.05, 0.15, 30)
+    run = pickline.simulate("paper", pattern, outages=np.array([300, 20]))
+    assert "outages=[300, 20]" in run.to_json()
+    settings = dict(robust="SPT,FIFO", greedy=False, policy=False, bound=False)
+    compared = pickline.compare("paper", np.array([pattern, pattern], object), **settings)
+    assert "cases=<2 patterns>" in compared.to_json() and len(compared.runs) == 2
 
 
 def test_results_are_read_only():
