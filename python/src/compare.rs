@@ -97,6 +97,8 @@ pub(crate) fn compare(
         let attributes = Attributes::named(area, p_detection, p_grasp, classes)?;
         let listed = cases.list()?;
         let cases_name = cases.in_words(&listed);
+        // Of patterns that are given, none is drawn.
+        let is_drawn = matches!(cases, GivenCases::Named(_)) || conditions.is_random();
         let cases = with_attributes(listed, &attributes)?;
         let training =
             RobustTraining::named(robust, train_patterns, train_items, paper, (line, seed))?;
@@ -115,10 +117,9 @@ pub(crate) fn compare(
             .fold(options, CompareOptions::with_strategy);
         let study = CompareStudy::new(line, &cases, &options)?;
         let compared = study.run(environment)?;
-        let scored = match &cases {
-            // Nothing is drawn.
-            GivenCases::Patterns(_) if !conditions.is_random() => format!("cases {cases_name}"),
-            _ => format!(
+        let scored = match is_drawn {
+            false => format!("cases {cases_name}"),
+            true => format!(
                 "cases {cases_name}, {replicates} patterns of random ones each, under the seeds {} and up",
                 study.first_seed()
             ),

@@ -199,7 +199,9 @@ def by_highs(choices: Choices, seconds: float) -> int:
     lp.a_matrix_.value_ = np.array([value for _, _, value in entries])
     highs.passModel(lp)
     highs.run()
-    return math.floor(-highs.getInfo().mip_dual_bound + 1e-6)
+    bound = -highs.getInfo().mip_dual_bound
+    # Without a bound in time, every item may be picked.
+    return math.floor(bound + 1e-6) if math.isfinite(bound) else len(item_rows)
 
 
 def main() -> None:
