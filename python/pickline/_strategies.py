@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from pickline.strategy import Snapshot, Wait
@@ -19,6 +19,8 @@ def as_strategies(given: Strategies) -> list[Strategy]:
     if isinstance(given, str) or callable(given):
         return [given]
     try:
+        if isinstance(given, bytes | Mapping):
+            raise TypeError
         return list(given)
     except TypeError:
         raise TypeError(

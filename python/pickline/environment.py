@@ -227,9 +227,7 @@ class SortingEnv(Uncopied, gymnasium.Env[NDArray[np.float32], np.int64]):
     def render(self) -> NDArray[np.uint8] | None:
         """The line at the moment of the decision, uint8 [height, width, 3]; None if the render mode is
         not ``"rgb_array"``."""
-        self._check_open("render")
-        if not self._begun:
-            raise error.ResetNeeded("render: no episode has begun\n  cure: call reset before it")
+        self._check_begun("render")
         return self._picture() if self.render_mode == "rgb_array" else None
 
     def _picture(self) -> NDArray[np.uint8] | None:
@@ -243,9 +241,7 @@ class SortingEnv(Uncopied, gymnasium.Env[NDArray[np.float32], np.int64]):
 
     def action_masks(self) -> NDArray[np.bool_]:
         """Which actions are allowed now, bool [actions]."""
-        self._check_open("action_masks")
-        if not self._begun:
-            raise error.ResetNeeded("action_masks: no episode has begun\n  cure: call reset before it")
+        self._check_begun("action_masks")
         return self._mask.copy()
 
     @property
@@ -263,19 +259,19 @@ class SortingEnv(Uncopied, gymnasium.Env[NDArray[np.float32], np.int64]):
     @property
     def slot_items(self) -> NDArray[np.int64]:
         """The item in each filled slot, as its index in the pattern [filled slots]."""
-        self._check_open("slot_items")
+        self._check_begun("slot_items")
         return np.array(self._batch.items(0), np.int64)
 
     @property
     def pattern(self) -> Pattern:
         """The pattern of the episode."""
-        self._check_open("pattern")
+        self._check_begun("pattern")
         return self.patterns[self._batch.picks(0)[0]]
 
     @property
     def picks(self) -> Picks:
         """The picks of the episode so far."""
-        self._check_open("picks")
+        self._check_begun("picks")
         return Picks(**self._batch.picks(0)[1])
 
     def close(self) -> None:
@@ -285,11 +281,16 @@ class SortingEnv(Uncopied, gymnasium.Env[NDArray[np.float32], np.int64]):
             self._painter.close()
 
     def _due(self) -> tuple[int, float] | None:
-        self._check_open("robot and time")
+        self._check_open("robot, time")
         return self._batch.due(0)
 
     def _info(self) -> dict[str, Any]:
         return {"action_mask": self._mask.astype(np.int8)}
+
+    def _check_begun(self, what: str) -> None:
+        self._check_open(what)
+        if not self._begun:
+            raise error.ResetNeeded(f"{what}: no episode has begun\n  cure: call reset before it")
 
     def _check_open(self, what: str) -> None:
         if not self._open:

@@ -120,13 +120,17 @@ def call_text(function: Callable[..., Any], given: dict[str, Any]) -> str:
 
 
 def _is_usual(value: Any, usual: Any) -> bool:
-    """Whether an argument has its default; arrays, which compare entry by entry, never are one."""
-    return type(value).__module__ != "numpy" and bool(value == usual)
+    """Whether an argument has its default."""
+    try:
+        return bool(value == usual)
+    except Exception:
+        # Arrays and series compare entry by entry, or refuse to.
+        return False
 
 
 def _shown(value: Any) -> str:
     """A value in a call; a callable by its name, because its address changes from run to run."""
-    if type(value).__module__ == "numpy":
+    if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, list | tuple):
         if value and all(isinstance(entry, _pickline.Pattern) for entry in value):
@@ -134,4 +138,6 @@ def _shown(value: Any) -> str:
         return f"[{', '.join(map(_shown, value))}]"
     if callable(value):
         return getattr(value, "__name__", type(value).__name__)
-    return repr(value)
+    text = repr(value)
+    # An address changes from run to run.
+    return f"<{type(value).__name__}>" if " at 0x" in text else text

@@ -70,6 +70,8 @@ class Wait:
         if self.until is None:
             return
         try:
+            if isinstance(self.until, str | bool):
+                raise TypeError
             until = float(self.until)
         except (TypeError, ValueError):
             raise TypeError(

@@ -7,7 +7,6 @@ use crate::scalars;
 use crate::scored::unwrapped;
 use crate::station::Station;
 use crate::strategy::strategies;
-use crate::work;
 use pickline::experiment::{Case, load_cases, with_attributes};
 use pickline::pattern::Attributes;
 use pickline::study::{CompareOptions, CompareStudy, RobustTraining};
@@ -91,9 +90,9 @@ pub(crate) fn compare(
     call: &str,
 ) -> PyResult<Report> {
     let conditions = conditions.resolve(seed)?;
-    let (strategies, raised) = strategies(&strategy)?;
+    let (strategies, callables) = strategies(&strategy)?;
     let line = &*station.inner;
-    let worked = raised.or(work::long(py, progress.as_ref(), |environment| {
+    let worked = callables.long(py, progress.as_ref(), |environment| {
         let attributes = Attributes::named(area, p_detection, p_grasp, classes)?;
         let listed = cases.list()?;
         let cases_name = cases.in_words(&listed);
@@ -127,6 +126,6 @@ pub(crate) fn compare(
         let made = Provenance::new(call, &station.name, line, &scored, seed).under(&conditions);
         let papers = matches!(&*cases_name, "paper" | "all");
         Ok(ComparisonReport::of_study(&compared, papers, paper && papers, shown(), made))
-    }))?;
+    })?;
     Ok(Report::of(worked))
 }

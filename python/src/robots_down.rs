@@ -6,7 +6,6 @@ use crate::scalars;
 use crate::scored::{FeedArguments, GivenPatterns, patterns_of};
 use crate::station::Station;
 use crate::strategy::strategies;
-use crate::work;
 use pickline::study::{RobotsDownOptions, RobotsDownStudy, RobustTraining};
 use pickline_report::{Provenance, RobotsDownReport};
 use pyo3::prelude::*;
@@ -38,9 +37,9 @@ pub(crate) fn robots_down(
     call: &str,
 ) -> PyResult<Report> {
     let conditions = conditions.resolve(seed)?;
-    let (strategies, raised) = strategies(&strategy)?;
+    let (strategies, callables) = strategies(&strategy)?;
     let line = &*station.inner;
-    let worked = raised.or(work::long(py, progress.as_ref(), |environment| {
+    let worked = callables.long(py, progress.as_ref(), |environment| {
         let attributes = [area, p_detection, p_grasp, classes];
         let patterns = patterns_of(&patterns, items, &feed, attributes)?;
         let training =
@@ -67,6 +66,6 @@ pub(crate) fn robots_down(
             shown().notes(&found.notes),
             made,
         ))
-    }))?;
+    })?;
     Ok(Report::of(worked))
 }

@@ -2,6 +2,7 @@
 
 use crate::scalars;
 use crate::work;
+use pickline::error::counted;
 use pickline::station::{self, BUILT_INS, Overrides};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -190,7 +191,8 @@ impl Station {
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let (belt, robots) = (self.inner.belt(), self.inner.robots().len());
         Ok(format!(
-            "<Station of {robots} robots, belt {} m x {} m at {} m/s, hash {}>",
+            "<Station of {}, belt {} m x {} m at {} m/s, hash {}>",
+            counted(robots, "robot"),
             belt.length,
             belt.width,
             belt.speed,

@@ -7,7 +7,6 @@ use crate::scalars;
 use crate::scored::{FeedArguments, GivenPatterns, patterns_of};
 use crate::station::Station;
 use crate::strategy::strategies;
-use crate::work;
 use pickline::experiment::Axis;
 use pickline::study::{SweepOptions, SweepStudy};
 use pickline_report::{Provenance, SweepReport};
@@ -50,9 +49,9 @@ pub(crate) fn sweep(
     let axis = Axis::named(sweep).map_err(exception)?;
     // As the library does, for the provenance.
     conditions.disturbances.misdetections |= axis == Axis::MinDetection;
-    let (strategies, raised) = strategies(&strategy)?;
+    let (strategies, callables) = strategies(&strategy)?;
     let line = &*station.inner;
-    let worked = raised.or(work::long(py, progress.as_ref(), |environment| {
+    let worked = callables.long(py, progress.as_ref(), |environment| {
         let attributes = [area, p_detection, p_grasp, classes];
         let patterns = patterns_of(&patterns, items, &feed, attributes)?;
         let source = station.source.clone();
@@ -92,6 +91,6 @@ pub(crate) fn sweep(
             shown(),
             made,
         ))
-    }))?;
+    })?;
     Ok(Report::of(worked))
 }

@@ -107,7 +107,7 @@ def test_seeds_give_episodes():
 
 def test_wrong_use_is_an_exception_and_changes_nothing():
     env = gymnasium.make(ID).unwrapped
-    for call in (lambda: env.step(0), env.action_masks):
+    for call in (lambda: env.step(0), env.action_masks, lambda: env.pattern, lambda: env.picks):
         with pytest.raises(gymnasium.error.ResetNeeded):
             call()
     env.reset(seed=1)

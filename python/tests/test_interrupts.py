@@ -28,6 +28,13 @@ pattern = pickline.Pattern.grid(1.05, 0.15, 300)
 def waits(snapshot):
     return pickline.Wait(math.nextafter(snapshot.time, math.inf))
 
+def never(snapshot):
+    while True:
+        pass
+
+def nested(snapshot):
+    pickline.compare("paper", [pattern, pattern], strategy=waits, robust="SPT,FIFO", bound=False)
+
 print("begins", flush=True)
 {call}
 """
@@ -63,6 +70,8 @@ def test_long_work_ends_with_keyboard_interrupt():
         'pickline.compare("paper", pattern, strategy=waits, robust="SPT,FIFO", policy=False, bound=False)',
         'pickline.optimize("paper", pattern, strategy=waits, max_runs=36)',
         'pickline.simulate("paper", pattern, "lookahead:budget=1000000")',
+        'pickline.simulate("paper", pattern, never)',
+        'pickline.compare("paper", [pattern, pattern], strategy=nested, robust="SPT,FIFO", bound=False)',
     ],
 )
 def test_a_run_ends_at_its_next_decision(call):

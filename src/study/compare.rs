@@ -180,7 +180,9 @@ impl<'a> CompareStudy<'a> {
     /// The built-in policy, the strategy of the station file and the others, in this order.
     fn choose_strategies(&mut self) -> Result<()> {
         let own = &self.options.own;
-        let (strategies, note) = own.methods.strategies(&self.options.strategies)?;
+        let (strategies, note) = own
+            .methods
+            .strategies(&self.options.strategies, self.station.robots().len())?;
         self.strategies = strategies;
         self.notes.extend(note);
         // The paper's third column, unless another policy replaces it or the line is far from

@@ -195,7 +195,7 @@ impl<'a> OptimizeStudy<'a> {
         };
         set.source.check_fresh(&set.recipe, fresh)?;
         let robots = station.robots().len();
-        check_distinct(&options.strategies)?;
+        check_distinct(&options.strategies, robots)?;
         let strategies = options.strategies.iter();
         let strategies = strategies.map(|strategy| {
             strategy.check_on(station)?;

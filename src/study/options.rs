@@ -111,16 +111,17 @@ impl<S: AsMut<MethodSettings>> StudyOptions<S> {
 }
 
 impl MethodSettings {
-    /// The strategy of the station file, unless it is one of `given`, and those; with a note if
-    /// it was added.
+    /// The strategy of the station file, unless it is one of `given`, and those, for a line of `robots`
+    /// robots; with a note if it was added.
     ///
     /// # Errors
     /// As for [`check_distinct`].
     pub(super) fn strategies(
         &self,
         given: &[Arc<StrategySpec>],
+        robots: usize,
     ) -> Result<(Vec<Arc<StrategySpec>>, Option<Note>)> {
-        check_distinct(given)?;
+        check_distinct(given, robots)?;
         let saved = self.station_strategy.as_ref();
         let saved = saved.filter(|saved| given.iter().all(|s| s.text() != saved.text()));
         let note = saved.map(|saved| Note::StationStrategy(saved.text().to_owned()));
@@ -128,19 +129,35 @@ impl MethodSettings {
     }
 }
 
-/// Checks that no two strategies would have the same name in results.
+/// The names of the methods that studies bring, which no strategy may have.
+const TAKEN: [&str; 3] = ["robust_gt", "greedy_gt", "rival"];
+
+/// Checks that no two strategies on a line of `robots` robots would have the same name in results, nor one
+/// the name of another method.
 ///
 /// # Errors
-/// [`Usage`](crate::error::ErrorKind::Usage): one is given twice.
-pub(super) fn check_distinct(given: &[Arc<StrategySpec>]) -> Result<()> {
-    for (place, strategy) in given.iter().enumerate() {
-        if given[..place].iter().any(|s| s.text() == strategy.text()) {
-            return Err(Error::usage(
+/// [`Usage`](crate::error::ErrorKind::Usage): one is given twice, or has such a name; and as for
+/// [`StrategySpec::alone`].
+pub(super) fn check_distinct(given: &[Arc<StrategySpec>], robots: usize) -> Result<()> {
+    let mut names: Vec<String> = Vec::with_capacity(given.len());
+    for strategy in given {
+        let name = strategy.alone(robots)?.name().to_owned();
+        let wrong = |problem: &str, cure: &str| {
+            let text = shown(strategy.text());
+            Err(Error::usage(
                 "'strategy'",
-                format!("`{}` is given twice", shown(strategy.text())),
-                "give each strategy once",
-            ));
+                format!("`{text}` {problem}"),
+                cure,
+            ))
+        };
+        if TAKEN.contains(&name.as_str()) {
+            return wrong("is the name of another method", "give it another name");
         }
+        if names.contains(&name) {
+            let cure = "give each strategy once, and different ones of your own different names";
+            return wrong("is given twice", cure);
+        }
+        names.push(name);
     }
     Ok(())
 }

@@ -97,7 +97,10 @@ impl<'a> RobotsDownStudy<'a> {
     pub fn new(station: &'a Station, options: &'a RobotsDownOptions) -> Result<Self> {
         options.conditions.check_on(station)?;
         let robots = station.robots().len();
-        let (strategies, note) = options.own.methods.strategies(&options.strategies)?;
+        let (strategies, note) = options
+            .own
+            .methods
+            .strategies(&options.strategies, robots)?;
         for strategy in &strategies {
             strategy.check_on(station)?;
         }

@@ -76,15 +76,26 @@ impl<'a> SweepStudy<'a> {
             conditions.check_on(station)?;
         }
         let mut lines = values::lines(&options.own.values, station)?;
-        let (strategies, note) = options.own.methods.strategies(&options.strategies)?;
+        let mut chosen = None;
         for line in &lines {
             check_robots(options, line)?;
             let robots = line.station.robots().len();
-            for strategy in &strategies {
+            let (strategies, _) = match &chosen {
+                Some(chosen) => chosen,
+                // Names do not depend on the number of robots.
+                None => chosen.insert(
+                    options
+                        .own
+                        .methods
+                        .strategies(&options.strategies, robots)?,
+                ),
+            };
+            for strategy in strategies {
                 strategy.check_on(&line.station)?;
             }
             options.own.methods.training.check(robots)?;
         }
+        let (strategies, note) = chosen.unwrap_or_default();
         // A different seed from the training set's.
         let seed = options.seed.wrapping_add(1);
         let usual = DEFAULT_GRID.1;

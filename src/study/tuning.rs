@@ -263,7 +263,11 @@ pub(super) fn tune(
     for (setting, score) in &found {
         let blueprint = read_alone(&setting.text(station.belt()), robots)?;
         let share = 100.0 * score.picked as f64 / items.max(1) as f64;
-        lines.push(format!("{} {share:.1} %", blueprint.name()));
+        let line = format!("{} {share:.1} %", blueprint.name());
+        // On a line of one robot, FIFO for all is a rule for all.
+        if !lines.contains(&line) {
+            lines.push(line);
+        }
         best.get_or_insert(blueprint);
     }
     // There is always FIFO for all.

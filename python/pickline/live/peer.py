@@ -81,8 +81,8 @@ class Peer(Link):
         user: str | None = None,
         password: str | None = None,
     ) -> None:
-        if patience is not None and not patience > 0:
-            raise BadMessage("`patience`", f"{patience} is out of range", "give more than 0 s, or None")
+        if patience is not None and not (isinstance(patience, int | float) and patience > 0):
+            raise BadMessage("`patience`", f"{patience!r} is out of range", "give more than 0 s, or None")
         self.address = Address.read(address)
         self.clock = clock
         hello = Hello(name, self.role, self._robots(), read_token(token))
