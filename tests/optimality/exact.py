@@ -147,9 +147,10 @@ def by_cp_sat(choices: Choices, seconds: float) -> tuple[int, int]:
     solver.parameters.max_time_in_seconds = seconds
     solver.parameters.num_workers = 2
     status = solver.solve(model)
-    # Without a solution in time there is still a bound, and picking nothing is allowed.
-    found = round(solver.objective_value) if status in (cp_model.OPTIMAL, cp_model.FEASIBLE) else 0
-    return found, math.floor(solver.best_objective_bound + 1e-6)
+    if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
+        # In the time that it has, it knows nothing.
+        return 0, len(takes)
+    return round(solver.objective_value), math.floor(solver.best_objective_bound + 1e-6)
 
 
 def by_highs(choices: Choices, seconds: float) -> int:
