@@ -6,7 +6,7 @@ use std::path::PathBuf;
 /// What is known when.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, strum::IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
-pub enum Track {
+pub enum Foresight {
     /// An item becomes known when it passes the beginning of the belt, x = 0.
     #[default]
     Online,
@@ -14,7 +14,7 @@ pub enum Track {
     Clairvoyant,
 }
 
-impl Track {
+impl Foresight {
     /// Its name in files.
     pub fn name(self) -> &'static str {
         self.into()
@@ -27,7 +27,7 @@ impl Track {
 pub enum Entrant {
     /// A strategy as it is written after `--strategy`, on a track. If rules, shares or every n-th item have
     /// one value only, it is that of every robot.
-    Strategy(String, Track),
+    Strategy(String, Foresight),
     /// A program outside, which knows everything.
     Program(OutsideProgram),
     /// A folder of files of picks, one for each instance.
@@ -51,10 +51,10 @@ impl Entrant {
     }
 
     /// What it knows when. Whoever reads the whole pattern is clairvoyant.
-    pub fn track(&self) -> Track {
+    pub fn track(&self) -> Foresight {
         match self {
             Self::Strategy(_, track) => *track,
-            _ => Track::Clairvoyant,
+            _ => Foresight::Clairvoyant,
         }
     }
 }

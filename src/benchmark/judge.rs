@@ -3,7 +3,7 @@
 use super::instance::Instance;
 use crate::checker::{self, Terms, read_picks, violations};
 use crate::decision::{FailureCause, Figures, Pick};
-use crate::error::{Error, Result, counted};
+use crate::error::{Error, Result};
 use crate::files::csv_text;
 
 /// Picks and failed attempts, the latter with their cause.
@@ -22,19 +22,13 @@ pub struct Solution {
 /// The solution that `attempts` are, under `terms`.
 ///
 /// # Errors
-/// [`Refuted`](crate::error::ErrorKind::Refuted): the first violation, and how many more there are; or more
-/// picks than the bound allows, so that checker or bound must be wrong.
+/// [`Refuted`](crate::error::ErrorKind::Refuted): the first violation; or more picks than the
+/// bound allows, so that checker or bound must be wrong.
 pub fn judge(instance: &Instance, attempts: Attempts, terms: Terms) -> Result<Solution> {
     let (station, pattern) = (&instance.station, &instance.pattern);
     let found = violations(station, pattern, &attempts, terms);
-    let more = found.len().saturating_sub(1);
     if let Some(first) = found.into_iter().next() {
-        let error: Error = first.into();
-        let more = match more {
-            0 => String::new(),
-            more => format!("; {}", counted(more, "more violation")),
-        };
-        return Err(Error::refuted(format!("{}{more}", error.problem())));
+        return Err(first.into());
     }
     let figures = checker::figures(station, pattern, &attempts);
     match instance.known.picks_bound {

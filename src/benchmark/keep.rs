@@ -13,7 +13,7 @@ use std::path::Path;
 /// What became of a benchmark.
 #[derive(Debug, Clone, Default)]
 #[non_exhaustive]
-pub struct Kept {
+pub struct Improved {
     /// Instances with a better solution than before.
     pub better: Vec<String>,
     /// Instances with a tighter bound than before.
@@ -34,8 +34,8 @@ pub fn keep(
     study: &BenchmarkStudy,
     result: &BenchmarkResult,
     by: Option<&str>,
-) -> Result<Kept> {
-    let mut kept = Kept::default();
+) -> Result<Improved> {
+    let mut kept = Improved::default();
     let mut rows = load_manifest(folder)?;
     let mut files = Vec::new();
     for (place, instance) in study.instances().iter().enumerate() {

@@ -7,7 +7,7 @@
 //! | `instance.rs` | an instance, and which of them are chosen |
 //! | `judge.rs` | whose picks count, by the independent checker |
 //! | `entrant.rs` | who takes part |
-//! | `stopwatch.rs` | the time that a strategy takes |
+//! | `timed.rs` | the time that a strategy takes |
 //! | `program.rs` | a program outside |
 //! | `study.rs` | every entrant on every instance |
 //! | `standing.rs` | how each entrant did on all of them |
@@ -20,13 +20,13 @@ mod keep;
 mod manifest;
 mod program;
 mod standing;
-mod stopwatch;
+mod timed;
 mod study;
 
-pub use entrant::{Entrant, Track};
+pub use entrant::{Entrant, Foresight};
 pub use instance::{Instance, load_instances};
 pub use judge::{Attempts, Solution, judge, picks_csv};
-pub use keep::{Kept, keep};
+pub use keep::{Improved, keep};
 pub use manifest::{Known, MANIFEST};
 pub use program::OutsideProgram;
 pub use standing::{Standing, standings};

@@ -77,18 +77,16 @@ impl OutsideProgram {
             .stdout(Stdio::null())
             .stderr(told)
             .spawn()
-            .map_err(|error| Error::refuted(format!("the program does not start: {error}")))?;
+            .map_err(|error| failed(format!("does not start: {error}")))?;
         let status = self.wait(&mut child, begun, stop)?;
         let spent = begun.elapsed();
         if !status.success() {
             let said = last_words(&words);
-            return Err(Error::refuted(format!(
-                "the program failed: {status}{said}"
-            )));
+            return Err(failed(format!("failed with {status}{said}")));
         }
         if !picks.exists() {
             let said = last_words(&words);
-            return Err(Error::refuted(format!("the program wrote no picks{said}")));
+            return Err(failed(format!("wrote no picks{said}")));
         }
         let bytes = std::fs::read(&picks).map_err(|source| Error::read(&picks, source))?;
         Ok((files::utf8(bytes, "its picks")?, spent))
@@ -101,10 +99,10 @@ impl OutsideProgram {
                 Ok(None) if stop.is_set() => break Error::interrupted(),
                 Ok(None) if begun.elapsed() >= self.timeout => {
                     let limit = shown_number(self.timeout.as_secs_f64());
-                    break Error::refuted(format!("the program took longer than {limit} s"));
+                    break failed(format!("took longer than {limit} s"));
                 }
                 Ok(None) => std::thread::sleep(LOOK_EVERY),
-                Err(error) => break Error::refuted(format!("the program was lost: {error}")),
+                Err(error) => break failed(format!("was lost: {error}")),
             }
         };
         // It may have ended meanwhile, which is as well.
@@ -112,6 +110,15 @@ impl OutsideProgram {
         let _ = child.wait();
         Err(outcome)
     }
+}
+
+/// What is wrong with a program.
+fn failed(problem: String) -> Error {
+    Error::input(
+        "the program",
+        problem,
+        "run it by hand on the files of this instance",
+    )
 }
 
 /// The last line that a program wrote to stderr, for a message; nothing if there is none.

@@ -1,10 +1,10 @@
 //! Every entrant on every instance.
 
-use super::entrant::{Entrant, Track, for_robots};
+use super::entrant::{Entrant, Foresight, for_robots};
 use super::instance::{Instance, load_instances};
 use super::judge::{Attempts, Solution, judge, read};
 use super::program::OutsideProgram;
-use super::stopwatch::Stopwatch;
+use super::timed::TimedStrategy;
 use crate::checker::Terms;
 use crate::decision::Outcome;
 use crate::error::{Error, Result, shown};
@@ -27,7 +27,7 @@ pub struct BenchmarkOptions {
     seed: u64,
     update_hz: f64,
     only: Vec<String>,
-    track: Track,
+    track: Foresight,
     strategies: Vec<String>,
     program: Option<OutsideProgram>,
     picks: Option<PathBuf>,
@@ -42,7 +42,7 @@ impl Default for BenchmarkOptions {
             seed: 1,
             update_hz: 0.0,
             only: Vec::new(),
-            track: Track::Online,
+            track: Foresight::Online,
             strategies: Vec::new(),
             program: None,
             picks: None,
@@ -58,8 +58,8 @@ setters!(BenchmarkOptions {
     fn with_update_hz(update_hz: f64);
     /// With these instances only, by name, in which `*` stands for any characters; all if there is none.
     fn with_only(only: Vec<String>);
-    /// With strategies that know this.
-    fn with_track(track: Track);
+    /// With strategies that know this much.
+    fn with_track(track: Foresight);
     /// With these strategies, as they are written after `--strategy`.
     fn with_strategies(strategies: Vec<String>);
     /// With this program outside, or without one.
@@ -280,13 +280,22 @@ impl<'a> BenchmarkStudy<'a> {
                         .with_camera_x(conditions.camera_x)
                         .with_update_hz(self.options.update_hz);
                     let scene = Scene::under(&of.station, &of.pattern, conditions)?;
-                    let mut watch = Stopwatch::new(blueprint.make(), environment.stop);
+                    let mut watch = TimedStrategy::new(blueprint.make(), environment.stop);
                     let outcome = simulate(&scene, &mut watch);
                     spent = watch.spent;
                     decisions = Some(watch.decisions);
                     outcome.map(|outcome| attempts(&outcome))
                 }
-                Err(reason) => Err(Error::refuted(reason.clone())),
+                Err(reason) => {
+                    return Ok(Entry {
+                        instance,
+                        entrant,
+                        solved: Err(reason.clone()),
+                        bound,
+                        decisions: 0,
+                        spent,
+                    });
+                }
             },
             Entrant::Program(program) => {
                 let text = program.run(of, environment.stop);
@@ -312,7 +321,7 @@ impl<'a> BenchmarkStudy<'a> {
                     picks: found.value as usize,
                     rate: found.rate,
                 });
-                let none = || Error::refuted("there is no schedule");
+                let none = || Error::input("the bound", "has no schedule", "there is none");
                 found.schedule.as_ref().map(attempts).ok_or_else(none)
             }
         };
@@ -334,10 +343,10 @@ impl<'a> BenchmarkStudy<'a> {
     }
 
     /// What is known on a track.
-    fn conditions(&self, instance: &Instance, track: Track) -> Conditions {
+    fn conditions(&self, instance: &Instance, track: Foresight) -> Conditions {
         let camera_x = match track {
-            Track::Online => 0.0,
-            Track::Clairvoyant => instance.far_camera(),
+            Foresight::Online => 0.0,
+            Foresight::Clairvoyant => instance.far_camera(),
         };
         Conditions::at_update_hz(self.options.update_hz).with_camera_x(camera_x)
     }
@@ -366,7 +375,9 @@ fn picks_file(folder: &Path, instance: &Instance) -> PathBuf {
 
 fn from_file(instance: &Instance, file: &Path) -> Result<Attempts> {
     if !file.exists() {
-        return Err(Error::refuted(format!("there is no {}", file.display())));
+        let cure = "name the files of picks after the instances";
+        let place = file.display().to_string();
+        return Err(Error::path(place, "does not exist", cure));
     }
     read(
         instance,

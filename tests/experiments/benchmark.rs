@@ -50,7 +50,11 @@ fn the_best_known_solutions_are_what_the_list_says() {
     let runs = report["runs"].as_array().unwrap();
     assert_eq!(runs.len(), 100);
     for run in runs {
-        let number = |field: &str| run[field].as_f64().unwrap_or_else(|| panic!("{field}: {run}"));
+        let number = |field: &str| {
+            run[field]
+                .as_f64()
+                .unwrap_or_else(|| panic!("{field}: {run}"))
+        };
         assert!(run["failure"].is_null(), "{run}");
         assert_eq!(number("picked"), number("best_known"), "{run}");
         assert!(number("picked") <= number("picks_upper_bound"), "{run}");
@@ -65,7 +69,10 @@ fn the_best_known_solutions_are_what_the_list_says() {
         let row = row.unwrap();
         assert_eq!(&row[0], run["instance"].as_str().unwrap());
         let (listed, found) = (row[4].parse::<f64>().unwrap(), &run["picking_rate_per_min"]);
-        assert!((listed / found.as_f64().unwrap() - 1.0).abs() < 1e-9, "{run}");
+        assert!(
+            (listed / found.as_f64().unwrap() - 1.0).abs() < 1e-9,
+            "{run}"
+        );
         assert!(!row[7].is_empty(), "{run}");
     }
 }

@@ -5,7 +5,7 @@ use super::outputs::{Outputs, WHOLE};
 use super::progress::Bar;
 use super::session::Session;
 use pickline::benchmark::{
-    BenchmarkOptions, BenchmarkResult, BenchmarkStudy, OutsideProgram, Track, keep,
+    BenchmarkOptions, BenchmarkResult, BenchmarkStudy, Foresight, OutsideProgram, keep,
 };
 use pickline::error::{Result, counted};
 use pickline::optimize::Environment;
@@ -42,8 +42,8 @@ impl BenchmarkArgs {
             .with_update_hz(common.update_hz)
             .with_only(self.only)
             .with_track(match self.track {
-                TrackArg::Online => Track::Online,
-                TrackArg::Clairvoyant => Track::Clairvoyant,
+                TrackArg::Online => Foresight::Online,
+                TrackArg::Clairvoyant => Foresight::Clairvoyant,
             })
             .with_strategies(self.strategy)
             .with_program(program.transpose()?)

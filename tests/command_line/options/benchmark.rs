@@ -47,10 +47,19 @@ pub const ROWS: &[Row] = &[
         // The same picks on the other line.
         assert!(!failure(&runs[1]).is_empty(), "{runs:?}");
         for (script, words) in [
-            ("echo no idea >&2; exit 3", "exit status: 3; it said: no idea"),
-            ("exit 0", "the program wrote no picks"),
-            ("echo robot,item > \"$3\"", "its picks:1: column `decide_s` is missing"),
-            ("sed s/6.5/6.4/ mine/near.csv > \"$3\"", "6.4"),
+            (
+                "echo no idea >&2; exit 3",
+                "exit status: 3; it said: no idea",
+            ),
+            ("exit 0", "the program: wrote no picks"),
+            (
+                "echo robot,item > \"$3\"",
+                "its picks:1: the column `decide_s` is missing",
+            ),
+            (
+                "sed s/6.5/6.4/ mine/near.csv > \"$3\"",
+                "it returns at 6.5 s, not 6.4 s",
+            ),
         ] {
             program(rig, script);
             let run = &self::runs(rig, "--program ./run.sh --only near")[0];
@@ -61,13 +70,13 @@ pub const ROWS: &[Row] = &[
     row(&BENCHMARK, "--timeout", |rig, _| {
         program(rig, "exec sleep 3");
         let run = &runs(rig, "--program ./run.sh --timeout 0.2 --only near")[0];
-        assert_eq!(failure(run), "the program took longer than 0.2 s");
+        assert_eq!(failure(run), "the program: took longer than 0.2 s");
     }),
     row(&BENCHMARK, "--picks", |rig, _| {
         let runs = runs(rig, "--picks mine");
         assert_eq!(runs[0]["entrant"], "picks in mine");
         assert_eq!(number(&runs[0], "/picked"), 1.0);
-        assert_eq!(failure(&runs[1]), "there is no mine/far.csv");
+        assert_eq!(failure(&runs[1]), "mine/far.csv: does not exist");
         rig.refused(
             "benchmark --dir bench --picks bench",
             &["--picks: bench has no file of picks", "near.csv"],
@@ -88,7 +97,10 @@ pub const ROWS: &[Row] = &[
         assert!(rig.read("bench/instances.csv").contains("\nnear,1,1,1,"));
         // What is known is the best of nobody.
         let run = &runs(rig, "")[0];
-        assert_eq!((&run["entrant"], &run["picked"]), (&"best known".into(), &1.into()));
+        assert_eq!(
+            (&run["entrant"], &run["picked"]),
+            (&"best known".into(), &1.into())
+        );
         assert_eq!(number(run, "/gap_to_bound_percent"), 0.0);
     }),
     row(&BENCHMARK, "--by", |rig, _| {
@@ -107,7 +119,10 @@ pub const ROWS: &[Row] = &[
     }),
     row(&BENCHMARK, "--threads", |rig, _| {
         runs(rig, "");
-        assert_eq!(report_text(rig, "--threads 1"), report_text(rig, "--threads 3"));
+        assert_eq!(
+            report_text(rig, "--threads 1"),
+            report_text(rig, "--threads 3")
+        );
         rig.refused(&format!("{CALL} --threads 0"), &["--threads: 0 "]);
     }),
     row(&BENCHMARK, "--format", |rig, _| {
@@ -115,13 +130,19 @@ pub const ROWS: &[Row] = &[
         let text = |flags: &str| rig.text(&format!("benchmark --dir bench -q {flags}"));
         assert!(text("--format json").starts_with("{\n"));
         let csv = text("--format csv");
-        assert!(csv.starts_with("# pickline ") && csv.contains("\ninstance,entrant,"), "{csv}");
+        assert!(
+            csv.starts_with("# pickline ") && csv.contains("\ninstance,entrant,"),
+            "{csv}"
+        );
         assert!(text("--format table").starts_with("| instance "));
         assert_eq!(text(""), text("--format table"));
     }),
     row(&BENCHMARK, "--out", |rig, _| {
         let printed = report_text(rig, "--out new");
-        assert_eq!(rig.names("new"), ["benchmark.json", "ranking.csv", "runs.csv"]);
+        assert_eq!(
+            rig.names("new"),
+            ["benchmark.json", "ranking.csv", "runs.csv"]
+        );
         assert_eq!(rig.read("new/benchmark.json"), printed);
     }),
     row(&BENCHMARK, "--quiet", |rig, _| {

@@ -5,7 +5,7 @@ use crate::csv_rows::{CsvRows, Displayed, OptionalNumber};
 use serde::Serialize;
 
 #[derive(Default, Serialize)]
-struct RankingRow<'r> {
+struct StandingRow<'r> {
     entrant: &'r str,
     track: &'static str,
     runs: usize,
@@ -17,7 +17,7 @@ struct RankingRow<'r> {
 }
 
 #[derive(Default, Serialize)]
-struct RunRow<'r> {
+struct BenchmarkRow<'r> {
     instance: &'r str,
     entrant: &'r str,
     track: &'static str,
@@ -37,7 +37,7 @@ struct RunRow<'r> {
 impl BenchmarkReport {
     /// Everyone who took part, the best first.
     pub(super) fn ranking_csv(&self) -> CsvRows {
-        let rows = self.ranking.iter().map(|standing| RankingRow {
+        let rows = self.ranking.iter().map(|standing| StandingRow {
             entrant: &standing.entrant,
             track: standing.track,
             runs: standing.runs,
@@ -53,7 +53,7 @@ impl BenchmarkReport {
     /// Every run.
     pub(super) fn runs_csv(&self) -> CsvRows {
         let count = |count: Option<usize>| count.map(|count| Displayed(count as f64));
-        let rows = self.runs.iter().map(|run| RunRow {
+        let rows = self.runs.iter().map(|run| BenchmarkRow {
             instance: &run.instance,
             entrant: &run.entrant,
             track: run.track,

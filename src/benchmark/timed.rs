@@ -7,14 +7,14 @@ use crate::station::Station;
 use std::time::{Duration, Instant};
 
 /// A strategy whose decisions are counted and timed, and which has no answer once it is to stop.
-pub(super) struct Stopwatch<'a> {
+pub(super) struct TimedStrategy<'a> {
     inner: Box<dyn Strategy>,
     stop: &'a dyn Stop,
     pub decisions: u64,
     pub spent: Duration,
 }
 
-impl<'a> Stopwatch<'a> {
+impl<'a> TimedStrategy<'a> {
     pub(super) fn new(inner: Box<dyn Strategy>, stop: &'a dyn Stop) -> Self {
         Self {
             inner,
@@ -25,7 +25,7 @@ impl<'a> Stopwatch<'a> {
     }
 }
 
-impl Strategy for Stopwatch<'_> {
+impl Strategy for TimedStrategy<'_> {
     fn decide(&mut self, snapshot: &Snapshot) -> Action {
         if self.stop.is_set() {
             return Action::NoAnswer;
