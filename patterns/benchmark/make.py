@@ -133,11 +133,12 @@ CLASSES = "pet:0.3,hdpe:0.3,paper:0.2,wood:0.2"
 # Feeds of items that differ in size, and so in weight.
 WEIGHED = ("random", "clustered", "gaps")
 # What every instance is solved with: strategies that see the belt only, with the bounds and their schedules, and
-# look-ahead that knows everything from the beginning.
+# look-ahead that knows everything from the beginning, of up to 150 items.
 SEARCHES = [
     ["--bounds", "--strategy=rules:SPT", "--strategy=rules:FIFO", "--strategy=share:1", "--strategy=zones"],
     ["--strategy=lookahead:budget=1000"],
-    ["--track=clairvoyant", "--strategy=lookahead:budget=1000"],
+    ["--track=clairvoyant", "--only=*-20-*", "--only=*-50-*", "--strategy=lookahead:budget=4000"],
+    ["--track=clairvoyant", "--only=*-150-*", "--strategy=lookahead:budget=2000"],
 ]
 
 
