@@ -25,7 +25,7 @@ impl Foresight {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Entrant {
-    /// A strategy as it is written after `--strategy`, on a track. If rules, shares or every n-th item have
+    /// A strategy, as [`parse`](crate::strategies::parse) reads it, on a track. If rules, shares or every n-th item have
     /// one value only, it is that of every robot.
     Strategy(String, Foresight),
     /// A program outside, which knows everything.

@@ -60,7 +60,7 @@ setters!(BenchmarkOptions {
     fn with_only(only: Vec<String>);
     /// With strategies that know this much.
     fn with_track(track: Foresight);
-    /// With these strategies, as they are written after `--strategy`.
+    /// With these strategies, as [`parse`](crate::strategies::parse) reads them.
     fn with_strategies(strategies: Vec<String>);
     /// With this program outside, or without one.
     fn with_program(program: impl Into<Option<OutsideProgram>>);

@@ -88,6 +88,7 @@ pub const ROWS: &[Row] = &[
         assert_eq!(number(run, "/picked"), 1.0);
     }),
     row(&BENCHMARK, "--update", |rig, _| {
+        bench(rig);
         let before = rig.read("bench/instances.csv");
         runs(rig, "--strategy rules:FIFO");
         assert_eq!(rig.read("bench/instances.csv"), before);
