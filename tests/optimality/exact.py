@@ -154,9 +154,11 @@ def by_cp_sat(choices: Choices, seconds: float) -> tuple[int, int]:
     solver.parameters.max_time_in_seconds = seconds
     solver.parameters.num_workers = 2
     status = solver.solve(model)
-    if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
-        # In the time that it has, it knows nothing.
+    if status == cp_model.UNKNOWN:
+        # Nothing in time, not even a bound.
         return 0, len(takes)
+    if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
+        sys.exit(f"CP-SAT found nothing: {solver.status_name(status)}")
     return round(solver.objective_value), math.floor(solver.best_objective_bound + 1e-6)
 
 
