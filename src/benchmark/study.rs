@@ -11,7 +11,7 @@ use crate::error::{Error, Result, shown};
 use crate::files;
 use crate::optimize::{Environment, Silent};
 use crate::setters::setters;
-use crate::sim::{Conditions, Scene, simulate};
+use crate::sim::{Conditions, Scene, simulate_while};
 use crate::station::station_hash;
 use crate::strategies::{self, Blueprint};
 use crate::study::{BlueprintOptions, BoundStudy, BoundStudyOptions, blueprint};
@@ -280,8 +280,9 @@ impl<'a> BenchmarkStudy<'a> {
                         .with_camera_x(conditions.camera_x)
                         .with_update_hz(self.options.update_hz);
                     let scene = Scene::under(&of.station, &of.pattern, conditions)?;
-                    let mut watch = TimedStrategy::new(blueprint.make(), environment.stop);
-                    let outcome = simulate(&scene, &mut watch);
+                    let mut watch = TimedStrategy::new(blueprint.make());
+                    let go_on = || !environment.stopped();
+                    let outcome = simulate_while(&scene, &mut watch, go_on);
                     spent = watch.spent;
                     decisions = Some(watch.decisions);
                     outcome.map(|outcome| attempts(&outcome))

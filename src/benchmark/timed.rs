@@ -2,34 +2,28 @@
 
 use crate::decision::{Action, Snapshot, Strategy};
 use crate::error::Result;
-use crate::optimize::Stop;
 use crate::station::Station;
 use std::time::{Duration, Instant};
 
-/// A strategy whose decisions are counted and timed, and which has no answer once it is to stop.
-pub(super) struct TimedStrategy<'a> {
+/// A strategy whose decisions are counted and timed.
+pub(super) struct TimedStrategy {
     inner: Box<dyn Strategy>,
-    stop: &'a dyn Stop,
     pub decisions: u64,
     pub spent: Duration,
 }
 
-impl<'a> TimedStrategy<'a> {
-    pub(super) fn new(inner: Box<dyn Strategy>, stop: &'a dyn Stop) -> Self {
+impl TimedStrategy {
+    pub(super) fn new(inner: Box<dyn Strategy>) -> Self {
         Self {
             inner,
-            stop,
             decisions: 0,
             spent: Duration::ZERO,
         }
     }
 }
 
-impl Strategy for TimedStrategy<'_> {
+impl Strategy for TimedStrategy {
     fn decide(&mut self, snapshot: &Snapshot) -> Action {
-        if self.stop.is_set() {
-            return Action::NoAnswer;
-        }
         let begun = Instant::now();
         let action = self.inner.decide(snapshot);
         self.spent += begun.elapsed();
@@ -47,6 +41,10 @@ impl Strategy for TimedStrategy<'_> {
 
     fn trouble(&self) -> Option<String> {
         self.inner.trouble()
+    }
+
+    fn remedy(&self) -> String {
+        self.inner.remedy()
     }
 
     fn check_robots(&self, robots: usize) -> Result<()> {
