@@ -1,6 +1,7 @@
 //! Who takes part.
 
 use super::program::OutsideProgram;
+use crate::dispatch::Rule;
 use std::path::PathBuf;
 
 /// What is known when.
@@ -66,7 +67,10 @@ const PER_ROBOT: [&str; 3] = ["rules", "share", "every"];
 /// that of every robot.
 pub(super) fn for_robots(text: &str, robots: usize) -> String {
     let Some((kind, rest)) = text.split_once(':') else {
-        return text.to_owned();
+        return match text.parse::<Rule>() {
+            Ok(_) => vec![text; robots].join(","),
+            Err(_) => text.to_owned(),
+        };
     };
     let (options, values): (Vec<&str>, Vec<&str>) =
         rest.split(',').partition(|part| part.contains('='));
@@ -87,6 +91,8 @@ mod tests {
         for (text, robots, expected) in [
             ("rules:SPT", 3, "rules:SPT,SPT,SPT"),
             ("rules:SPT,FIFO", 3, "rules:SPT,FIFO"),
+            ("SPT", 3, "SPT,SPT,SPT"),
+            ("SPT,FIFO", 3, "SPT,FIFO"),
             ("share:1,rule=SPT", 2, "share:1,1,rule=SPT"),
             ("every:2", 1, "every:2"),
             ("zones", 4, "zones"),
