@@ -71,6 +71,7 @@ def test_long_work_ends_with_keyboard_interrupt():
         'pickline.optimize("paper", pattern, strategy=waits, max_runs=36)',
         'pickline.simulate("paper", pattern, "lookahead:budget=1000000")',
         'pickline.simulate("paper", pattern, never)',
+        'pickline.to_minari("tests/never-v0", waits, "paper", pattern)',
         'pickline.compare("paper", [pattern, pattern], strategy=nested, robust="SPT,FIFO", bound=False)',
     ],
 )
