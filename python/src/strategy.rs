@@ -37,9 +37,11 @@ impl Callables {
         work: impl FnOnce(&Environment) -> Result<T, Error> + Send,
     ) -> PyResult<Worked<T>> {
         let insist = |py: Python<'_>| {
-            for thread in self.inside().iter() {
-                // A thread that has left its callable meanwhile is not found.
-                let _ = interrupt(py, *thread);
+            // Copied, as whoever enters a callable has the GIL and waits for the list.
+            let threads = self.inside().clone();
+            for thread in threads {
+                // One that has left its callable meanwhile may raise after it, or is not found.
+                let _ = interrupt(py, thread);
             }
         };
         let done = work::long_until(py, watcher, &self.0.stop, &insist, work);
