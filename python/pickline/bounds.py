@@ -14,7 +14,7 @@ from pickline._arguments import checked
 from pickline._pickline import Pattern, Station
 from pickline._progress import Progress, watcher
 from pickline.columns import Columns
-from pickline.conditions import SearchConditions, search_conditions
+from pickline.conditions import SearchConditions, conditions
 from pickline.result import Result, call_text
 from pickline.simulation import as_station
 
@@ -136,7 +136,7 @@ def bound(
             slot=slot,
             iterations=iterations,
             seed=seed,
-            conditions=search_conditions(**under),
+            conditions=conditions(**under),
             progress=watch,
             call=call,
         )

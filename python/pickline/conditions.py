@@ -66,24 +66,6 @@ def conditions(
     )
 
 
-def search_conditions(
-    *,
-    update_hz: float = 0.0,
-    camera_x: float | None = None,
-    min_detection: float = 0.0,
-    grasp_success: float | None = None,
-    position_noise: float = 0.0,
-) -> dict[str, Any]:
-    """The conditions of searches and bounds, which know neither outages nor what detections truly are."""
-    return conditions(
-        update_hz=update_hz,
-        camera_x=camera_x,
-        min_detection=min_detection,
-        grasp_success=grasp_success,
-        position_noise=position_noise,
-    )
-
-
 def _outage_texts(outage: Any) -> list[str]:
     given = [outage] if isinstance(outage, str) else outage
     try:

@@ -16,7 +16,7 @@ from pickline._pickline import Station
 from pickline._progress import Progress, watcher
 from pickline._strategies import Strategies, as_strategies
 from pickline.columns import Columns, Counts, Numbers, Texts
-from pickline.conditions import SearchConditions, search_conditions
+from pickline.conditions import SearchConditions, conditions
 from pickline.result import Result, call_text, partial
 from pickline.simulation import as_station
 
@@ -223,7 +223,7 @@ def optimize(
             p_grasp=p_grasp,
             classes=classes,
             seed=seed,
-            conditions=search_conditions(**under),
+            conditions=conditions(**under),
             progress=watch,
             call=call,
         )

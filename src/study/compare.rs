@@ -5,7 +5,7 @@ use super::blueprint::policy_distance;
 use super::notes::{Note, condition_notes, detection_notes};
 use super::options::{MethodSettings, StudyOptions};
 use super::robust::LineSearch;
-use super::tuning::{RIVAL, tune};
+use super::tuning::{RIVAL, tune, tuning_set};
 use crate::error::{Error, Result, known_names, shown};
 use crate::experiment::{Case, Comparison, Draws, Method, add_bounds, compare_methods};
 use crate::optimize::Environment;
@@ -320,7 +320,7 @@ impl<'a> CompareStudy<'a> {
         }
         if options.own.methods.tune {
             let training = &options.own.methods.training;
-            let set = line.rival_training(training, |items| line.like_cases(self.cases, items))?;
+            let set = tuning_set(training, |items| line.like_cases(self.cases, items))?;
             let rival = tune(station, &set, line.conditions(), environment)?;
             notes.push(Note::Rival(rival.remark));
             methods.push(Method::Strategy(rival.blueprint));

@@ -2,6 +2,7 @@
 
 use super::notes::Note;
 use super::robust::RobustTraining;
+use super::tuning::RIVAL;
 use crate::error::{Error, Result, shown};
 use crate::sim::Conditions;
 use crate::strategies::StrategySpec;
@@ -130,7 +131,7 @@ impl MethodSettings {
 }
 
 /// The names of the methods that studies bring, which no strategy may have.
-const TAKEN: [&str; 3] = ["robust_gt", "greedy_gt", "rival"];
+const TAKEN: [&str; 3] = ["robust_gt", "greedy_gt", RIVAL];
 
 /// Checks that no two strategies on a line of `robots` robots would have the same name in results, nor one
 /// the name of another method.

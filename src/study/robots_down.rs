@@ -6,7 +6,7 @@ use super::options::{MethodSettings, StudyOptions};
 use super::patterns::ScoredPatterns;
 use super::robust::{LineSearch, RobustTraining};
 use super::sweep_options::DEFAULT_GRID;
-use super::tuning::tune;
+use super::tuning::{tune, tuning_set};
 use super::values::{self, LineAt};
 use crate::error::Result;
 use crate::experiment::{Method, RobotsDown, halt_each_robot};
@@ -188,7 +188,7 @@ impl<'a> RobotsDownStudy<'a> {
             methods.push(Method::Strategy(blueprint));
         }
         if settings.tune {
-            let set = trained.rival_training(&settings.training, |items| {
+            let set = tuning_set(&settings.training, |items| {
                 trained.like(&self.source, items, &self.recipe)
             })?;
             let rival = tune(station, &set, trained.conditions(), environment)?;

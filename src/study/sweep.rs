@@ -7,7 +7,7 @@ use super::part::PartProgress;
 use super::patterns::with_detection_draws;
 use super::robust::{LineSearch, RobustGt, RobustTraining};
 use super::sweep_options::{DEFAULT_GRID, SweepOptions};
-use super::tuning::{RIVAL, TunedRival, tune};
+use super::tuning::{RIVAL, TunedRival, tune, tuning_set};
 use super::values::{self, LineAt};
 use crate::error::{Error, Result, shown};
 use crate::experiment::{
@@ -314,7 +314,7 @@ impl<'a> SweepStudy<'a> {
         let conditions = self.conditions.clone().with_min_detection(least);
         let search = self.search(&line.station, environment).under(&conditions);
         let training = &self.options.own.methods.training;
-        let set = search.rival_training(training, |items| {
+        let set = tuning_set(training, |items| {
             search.like(&self.source, items, &self.recipe)
         })?;
         tune(&line.station, &set, search.conditions(), environment)

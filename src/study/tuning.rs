@@ -1,5 +1,6 @@
 //! What line software ships, tuned: the best of its strategies on training patterns.
 
+use super::robust::RobustTraining;
 use crate::dispatch::Rule;
 use crate::error::{Error, Result, counted};
 use crate::optimize::Environment;
@@ -223,6 +224,27 @@ impl Trials<'_> {
             }
         }
         Ok(found)
+    }
+}
+
+/// The patterns on which it is tuned: those of robust GT (game theory) if `training` names a set, otherwise
+/// what `like_scored` makes of about the given number of items a pattern.
+///
+/// # Errors
+/// As for `like_scored`.
+pub(super) fn tuning_set(
+    training: &RobustTraining,
+    like_scored: impl FnOnce(Option<usize>) -> Result<TrainingSet>,
+) -> Result<TrainingSet> {
+    match training {
+        RobustTraining::On(set) => Ok(TrainingSet {
+            set: set.clone(),
+            seen: false,
+        }),
+        RobustTraining::LikeScored { items } | RobustTraining::Paper { items } => {
+            like_scored(*items)
+        }
+        RobustTraining::Given(_) => like_scored(None),
     }
 }
 
