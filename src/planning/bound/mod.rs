@@ -14,6 +14,7 @@ mod network;
 mod options;
 mod profile;
 mod schedule;
+mod search;
 mod solve;
 
 pub use options::{BoundObjective, BoundOptions};

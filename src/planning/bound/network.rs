@@ -11,6 +11,9 @@
 //! Picks that begin and end in one slot are relaxed: after them the robot may be anywhere.
 
 mod paths;
+mod to_come;
+
+pub(super) use paths::Ending;
 
 use crate::decision::{Candidate, Moment};
 use crate::sim::Scene;
