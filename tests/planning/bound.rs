@@ -152,14 +152,19 @@ fn the_bound_is_that_of_the_linear_program() {
             });
             let station = Station::new(*plain.belt(), robots.collect()).unwrap();
             let station = station.with_belt_speed(speed).unwrap();
-            let pattern = dense(&station, items, 3);
+            let pattern = match once {
+                true => {
+                    poisson_disk(station.belt().width, 0.25, 40, &mut random_stream(3, 0)).unwrap()
+                }
+                false => dense(&station, items, 3),
+            };
             let scene = Scene::new(&station, &pattern).unwrap();
             let lasts = |c: &Candidate| c.close - c.open;
             let longest = scene.queue(0).iter().map(lasts).fold(0.0, f64::max);
             assert_eq!(longest < dwell.unwrap_or(0.0), once, "{longest}");
             let exact = linear_program(&scene, slot);
             assert!(
-                exact < 0.9 * items as f64,
+                exact < 0.9 * pattern.len() as f64,
                 "{name}: {exact}, hardly a contest"
             );
             let options = options(BoundObjective::Picks, 1000)
@@ -276,10 +281,10 @@ fn stopping_early_only_loosens_it() {
     let schedule = whole.schedule.as_ref().unwrap();
     checker::check(&station, &pattern, schedule).unwrap();
     // The first row of the table in docs/bound.md.
-    assert_eq!((whole.value, schedule.figures.picked), (138.0, 132));
+    assert_eq!((whole.value, schedule.figures.picked), (138.0, 135));
     let rates = (whole.rate.unwrap(), schedule.figures.picking_rate());
     assert!(
-        (rates.0 - 70.582).abs() < 0.01 && (rates.1 - 60.0).abs() < 1e-9,
+        (rates.0 - 68.721).abs() < 0.01 && (rates.1 - 63.516).abs() < 1e-3,
         "{rates:?}"
     );
     assert!(whole.all_end.is_none());
@@ -323,9 +328,9 @@ fn steps_are_counted_and_reported() {
             .map(|step| (step, expected))
             .collect();
         assert_eq!((told, found.stop), (counted, BoundStop::Done));
-        // Half of the further steps towards the rate, a quarter towards each of the ends, with
-        // three slot lengths.
-        let most = if ends { 40 + 3 * (20 + 9 + 9) } else { 40 };
+        // Three quarters of the further steps towards the rate, an eighth towards each of the
+        // ends, with three slot lengths.
+        let most = if ends { 40 + 3 * (30 + 5 + 5) } else { 40 };
         assert!(
             (40..=most).contains(&found.iterations),
             "{}",

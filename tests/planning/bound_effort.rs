@@ -1,5 +1,5 @@
-//! How many steps a bound takes: half as many for the rate as for what is earned, a quarter for
-//! each end, in rounds of three, with each slot length, and no more where 24 rounds in a row have
+//! How many steps a bound takes: three quarters as many for the rate as for what is earned, an eighth
+//! for each end, in rounds of three, with each slot length, and no more where 24 rounds in a row have
 //! changed nothing.
 
 use crate::bound_limits::line;
@@ -34,14 +34,14 @@ fn steps(pattern: &Pattern, iterations: usize, slot_s: f64) -> (usize, usize) {
 }
 
 #[test]
-fn the_rate_takes_half_of_the_steps_and_each_end_a_quarter() {
+fn the_rate_takes_three_quarters_of_the_steps_and_each_end_an_eighth() {
     let item = |i: usize| Item::at(i.to_string(), -0.15 * i as f64, -0.3);
     let pattern = Pattern::new((0..40).map(item).collect()).unwrap();
     // Longer slots would be longer than a quarter of a pick.
     let alone = 0.5;
-    assert_eq!(steps(&pattern, 24, alone), (12 + 6 + 6, 48));
-    // Whole rounds: 10 of 20, 5 of 20 and 5 of 20.
-    assert_eq!(steps(&pattern, 20, alone), (9 + 3 + 3, 40));
+    assert_eq!(steps(&pattern, 24, alone), (18 + 3 + 3, 48));
+    // Whole rounds: 30 of 40, 5 of 40 and 5 of 40.
+    assert_eq!(steps(&pattern, 40, alone), (30 + 3 + 3, 80));
     let (most, announced) = steps(&pattern, 24, 0.05);
     assert_eq!(announced, 4 * 24);
     assert!((24 + 9 + 9..=3 * 24).contains(&most), "{most}");

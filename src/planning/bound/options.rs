@@ -312,13 +312,13 @@ mod tests {
         let quick = BoundOptions::quick(Weight);
         assert_eq!(
             (quick.arcs, quick.objective, quick.schedule),
-            (500_000, Weight, false)
+            (600_000, Weight, false)
         );
         assert!(quick.ends && quick.iterations == 100 && quick.known == 0.0);
         for (items, arcs) in [
-            (1, 500_000),
-            (150, 500_000),
-            (300, 1_000_000),
+            (1, 600_000),
+            (150, 600_000),
+            (300, 1_200_000),
             (10_000_000, 4_000_000),
         ] {
             let options = BoundOptions::beside(7, items);

@@ -70,8 +70,8 @@ impl EndTarget {
     /// The share of the steps that it gets.
     fn share(self, steps: usize) -> usize {
         match self {
-            Self::Rate => steps / 2,
-            Self::All | Self::End => steps / 4,
+            Self::Rate => steps * 3 / 4,
+            Self::All | Self::End => steps / 8,
         }
     }
 }
@@ -94,6 +94,8 @@ type Guides = BTreeMap<usize, Guide>;
 pub(super) struct Prices {
     /// For the bound on what can be earned.
     best: Vec<i64>,
+    /// Length of the first steps from them.
+    length: f64,
     /// For each target, those for runs with certain ends.
     guides: [Guides; 3],
     /// For each target, whether steps towards it were all in vain.
@@ -128,13 +130,9 @@ impl SlotSearch {
         }
         let belt = Leaving::new(scene, &dual);
         let profile = BoundProfile::new(&dual);
-        let length = if before.is_some() {
-            NEXT_STEP
-        } else {
-            FIRST_STEP
-        };
         let before = before.unwrap_or_else(|| Prices {
             best: dual.weights.iter().map(|weight| weight / 2).collect(),
+            length: FIRST_STEP,
             ..Prices::default()
         });
         Self {
@@ -142,7 +140,7 @@ impl SlotSearch {
             dual,
             belt,
             profile,
-            length,
+            length: before.length,
             guides: before.guides,
             in_vain: before.in_vain,
         }
@@ -155,8 +153,11 @@ impl SlotSearch {
             guide.length = guide.length.min(NEXT_END_STEP);
             guide.untried = true;
         }
+        // Slots may be too long for any price to prove anything.
+        let better = self.ascent.best < self.dual.weights.iter().sum();
         Prices {
             best: self.ascent.best_prices.clone(),
+            length: if better { NEXT_STEP } else { self.length },
             guides,
             in_vain: self.in_vain,
         }

@@ -93,9 +93,8 @@ pub fn certified_percent(earned: f64, bound: f64) -> f64 {
     share.clamp(0.0, 100.0)
 }
 
-/// Shares of the prices at which schedules are made: at the full prices nothing is worth more
-/// than anything else.
-const SHARES: [f64; 2] = [0.9, 0.95];
+/// Shares of the prices at which schedules are made; which of them is best differs.
+const SHARES: [f64; 5] = [0.9, 0.95, 0.98, 0.99, 1.0];
 /// Bounds what any strategy can earn on `scene`. `go_on` gets the number of completed steps and
 /// the approximate total. If it returns false, the bound so far is returned, which is valid as
 /// well.
