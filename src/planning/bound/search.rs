@@ -168,11 +168,6 @@ impl SlotSearch {
         self.profile.ends(&self.dual, &self.belt)
     }
 
-    /// Whether a schedule that earns `known` is as good as the bound allows.
-    pub(super) fn reached_by(&self, known: f64) -> bool {
-        known >= self.dual.weight(self.dual.whole(self.ascent.best))
-    }
-
     /// Lowers the bound on what can be earned in at most `most` steps, until `known` reaches it.
     pub(super) fn earn(&mut self, most: usize, known: f64, effort: &mut Effort) {
         let steps = Steps {

@@ -2,9 +2,8 @@
 //!
 //! Nothing else keeps a path from picking an item again and again while its window is open. So a
 //! node has not only the best path that ends there but also the best one with another last item: the
-//! first continues with every item but its last, the second with that one (two labels are enough to
-//! exclude short cycles: Houck et al. 1980, The Travelling Salesman Problem as a Constrained Shortest
-//! Path Problem, Opsearch 17).
+//! first continues with every item but its last, the second with that one, as Christofides, Mingozzi and
+//! Toth 1981 (DOI 10.1007/BF01589353) exclude cycles of two.
 
 use super::{Arc, SlotNetwork};
 

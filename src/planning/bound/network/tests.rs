@@ -279,10 +279,10 @@ proptest! {
         let places = network.slots().len() + 1;
         prop_assert_eq!(values.len(), places);
         prop_assert_eq!(values[places - 1], best(&rewards, 0, true));
-        for place in 0..places {
+        for (place, &value) in values.iter().enumerate() {
             let mut found = 0;
             network.follow(&rewards, &endings, place, |item| found += rewards[item as usize]);
-            prop_assert_eq!(found, values[place]);
+            prop_assert_eq!(found, value);
         }
         let whole = |rewards: &[i64]| {
             let mut values = vec![0; places];
