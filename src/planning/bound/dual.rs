@@ -10,7 +10,8 @@
 //! computed in whole numbers, so no rounding can lower the bound.
 
 use super::BoundObjective;
-use super::network::{Ending, SlotNetwork, Slots, earliest_release, picks};
+use super::network::paths::Ending;
+use super::network::{SlotNetwork, Slots, earliest_release, picks};
 use crate::sim::Scene;
 
 /// Items, weights and networks of one scene, in whole units.
