@@ -4,10 +4,11 @@
 # results/lookahead/, what planning ahead gains and the certified bound, and
 # results/sweep/, the belt speed sweep, all on the paper's two stations, and results/sb3/compare/, the
 # policies of both trainers on the paper's cases; then
-# results/real-lines/, the stations `delta` and `sorting` at three belt speeds, and
-# results/failures/, what it gains to foresee failed grasps, which take an hour. A first
+# results/real-lines/, the stations `delta` and `sorting` at three belt speeds,
+# results/failures/, what it gains to foresee failed grasps, and results/single-arm/, one delta or
+# SCARA arm, which take an hour. A first
 # argument names another folder to write to; PICKLINE names another program than the release
-# build; PARTS names what to make, "paper real-lines failures" if it is not set.
+# build; PARTS names what to make, "paper real-lines failures single-arm" if it is not set.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 out=$(realpath -m "${1:-results}")
@@ -15,7 +16,7 @@ if [ -z "${PICKLINE:-}" ]; then
     cargo build --release --quiet
     PICKLINE=${CARGO_TARGET_DIR:-target}/release/pickline
 fi
-parts=" ${PARTS:-paper real-lines failures} "
+parts=" ${PARTS:-paper real-lines failures single-arm} "
 
 # Compares into a folder, of which only the table, the rates and the runs are kept.
 compare_into() {
@@ -94,5 +95,13 @@ if [[ $parts = *" failures "* ]]; then
                 --strategy lookahead:foresee=no --strategy lookahead \
                 --reference lookahead:foresee=no
         done
+    done
+fi
+
+if [[ $parts = *" single-arm "* ]]; then
+    for arm in delta scara; do
+        compare_into "$out/single-arm/$arm" --station "results/single-arm/$arm.toml" \
+            --cases "results/single-arm/$arm-cases.toml" --robust FIFO --no-policy --strategy SPT \
+            --strategy lookahead
     done
 fi

@@ -96,6 +96,7 @@ pub mod optimize;
 pub mod rl;
 pub mod experiment;
 pub mod study;
+pub mod benchmark;
 
 pub use decision::{Outcome, Strategy};
 pub use dispatch::RuleAssignment;

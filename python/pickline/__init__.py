@@ -36,6 +36,7 @@ from pickline.comparison import (
     Throughputs,
     compare,
 )
+from pickline.conditions import Conditions, SearchConditions
 from pickline.environment import SortingEnv
 from pickline.halted import HaltedPoints, RobotsDown, robots_down
 from pickline.offline import to_minari
@@ -64,6 +65,7 @@ __all__ = [
     "CasePurities",
     "Columns",
     "Comparison",
+    "Conditions",
     "HaltedPoints",
     "Import",
     "Interrupted",
@@ -80,6 +82,7 @@ __all__ = [
     "RobotsDown",
     "Runs",
     "ScoredStrategies",
+    "SearchConditions",
     "Simulation",
     "Snapshot",
     "SortingEnv",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from gymnasium import spaces
@@ -14,10 +14,13 @@ from pickline import _pickline
 from pickline._patterns import as_given
 from pickline._pickline import Pattern, Station
 from pickline._pickline import patterns as patterns_of
-from pickline.simulation import as_station, conditions
+from pickline.conditions import Conditions, conditions
+from pickline.simulation import as_station
 
 # The paper's reward: (weight of r at its pick, weight of the weighted rate at the end).
 PAPER_REWARD = (1.0, 1.0)
+
+ObservationName = Literal["full", "paper", "real"]
 
 # Names of the figures of an episode, as in the buffers of the vector environment.
 COUNTS = ("items", "picked")
@@ -110,7 +113,7 @@ def make_batch(
     slots: int | None,
     wait: bool,
     reward: tuple[float, float] | list[float],
-    under: dict[str, Any],
+    under: Conditions,
 ) -> tuple[Station, Sequence[Pattern], _pickline.Batch]:
     """The environments in Rust."""
     station = as_station(station)

@@ -14,8 +14,8 @@ Patterns = str | os.PathLike[str] | Pattern | Iterable[Pattern]
 Cases = Patterns | Mapping[str, Pattern | Iterable[Pattern]]
 
 
-def as_given(patterns: Patterns) -> str | list[Pattern]:
-    """The source as text, or the patterns as a list."""
+def as_given(patterns: Patterns, name: str = "patterns") -> str | list[Pattern]:
+    """The source as text, or the patterns as a list; ``name`` is the argument."""
     if isinstance(patterns, Pattern):
         return [patterns]
     if isinstance(patterns, str | os.PathLike):
@@ -25,18 +25,18 @@ def as_given(patterns: Patterns) -> str | list[Pattern]:
         given = list(patterns)
     except TypeError:
         raise TypeError(
-            f"patterns: {type(patterns).__name__} is neither a source of patterns nor patterns\n"
+            f"{name}: {type(patterns).__name__} is neither a source of patterns nor patterns\n"
             f"  cure: {cure}"
         ) from None
     for one in given:
         if not isinstance(one, Pattern):
-            raise TypeError(f"patterns: {type(one).__name__} is not a pattern\n  cure: {cure}")
+            raise TypeError(f"{name}: {type(one).__name__} is not a pattern\n  cure: {cure}")
     return given
 
 
 def as_cases(cases: Cases) -> str | list[tuple[str, str | list[Pattern]]]:
     """The name of the cases, or the patterns of each by its name."""
     if isinstance(cases, Mapping):
-        return [(name, as_given(patterns)) for name, patterns in cases.items()]
-    given = as_given(cases)
+        return [(name, as_given(patterns, f"cases {name!r}")) for name, patterns in cases.items()]
+    given = as_given(cases, "cases")
     return given if isinstance(given, str) else [("given patterns", given)]

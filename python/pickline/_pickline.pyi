@@ -127,7 +127,7 @@ class Pattern:
         """Items at random, no two closer than ``radius`` [m], with no room for another."""
 
     @staticmethod
-    def random(station: Station, flow: float, items: int, *, seed: int = 1) -> Pattern:
+    def random(station: Station | str | os.PathLike[str], flow: float, items: int, *, seed: int = 1) -> Pattern:
         """A Poisson process of ``flow`` items per minute [1/min] on the belt of a station."""
 
     def to_csv(self) -> str:
@@ -152,7 +152,7 @@ class Pattern:
 
 def patterns(
     source: str,
-    station: Station,
+    station: Station | str | os.PathLike[str],
     *,
     items: int = 50,
     flow: float | None = None,
@@ -178,7 +178,7 @@ def patterns(
         seed: Seed of everything random.
     """
 
-def trials(station: Station, cases: str = "all") -> dict[str, list[Pattern]]:
+def trials(station: Station | str | os.PathLike[str], cases: str = "all") -> dict[str, list[Pattern]]:
     """The patterns on which trainings score a policy while it learns, as ``pickline train`` does, by the
     names of their cases.
 
@@ -289,6 +289,7 @@ def sweep(
     train_patterns: str | None,
     train_items: int | None,
     greedy: bool,
+    tune: bool,
     bound: bool,
     area: str | None,
     p_detection: str | None,
@@ -312,6 +313,7 @@ def robots_down(
     train_patterns: str | None,
     train_items: int | None,
     greedy: bool,
+    tune: bool,
     area: str | None,
     p_detection: str | None,
     p_grasp: str | None,

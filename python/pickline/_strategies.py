@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from pickline.strategy import Snapshot, Wait
@@ -16,4 +16,14 @@ Strategies = Strategy | Iterable[Strategy]
 
 def as_strategies(given: Strategies) -> list[Strategy]:
     """The strategies as a list."""
-    return [given] if isinstance(given, str) or callable(given) else list(given)
+    if isinstance(given, str) or callable(given):
+        return [given]
+    try:
+        if isinstance(given, bytes | Mapping):
+            raise TypeError
+        return list(given)
+    except TypeError:
+        raise TypeError(
+            f"strategy: {given!r} is not a strategy\n  cure: give a text such as 'SPT,FIFO', a function, or a "
+            "list of them"
+        ) from None

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pickline import _pickline
+from pickline._arguments import checked
 from pickline._pickline import Pattern, Station
 from pickline._progress import Progress, watcher
 from pickline.columns import Columns
+from pickline.conditions import SearchConditions, search_conditions
 from pickline.result import Result, call_text
-from pickline.simulation import as_station, search_conditions
+from pickline.simulation import as_station
 
 __all__ = ["Bound", "Prices", "bound"]
 
@@ -89,6 +91,7 @@ class Bound(Result):
         return f"<Bound: at most {self.picks_upper_bound} picks of {self.items} items>"
 
 
+@checked(SearchConditions)
 def bound(
     station: Station | str | os.PathLike[str],
     pattern: Pattern,
@@ -98,7 +101,7 @@ def bound(
     iterations: int = 200,
     seed: int = 1,
     progress: Progress = False,
-    **under: Any,
+    **under: Unpack[SearchConditions],
 ) -> Bound:
     """Bound what any strategy can pick from ``pattern``, as ``pickline bound`` does.
 
@@ -113,8 +116,7 @@ def bound(
         iterations: Most updates of prices; the rate and the end take as many again.
         seed: Seed of what the camera reports.
         progress: True for a bar by tqdm, or a callable; see :mod:`pickline`.
-        **under: Conditions of the run; see :func:`pickline.simulate`. Neither ``misdetections`` nor
-            outages are among them.
+        **under: Conditions of the run; see :class:`pickline.SearchConditions`.
 
     Raises:
         ValueError: A value, or a pattern that does not fit the station.

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pickline import _pickline
 
-__all__ = ["Columns", "texts"]
+__all__ = ["Columns", "sealed", "texts"]
 
 # What columns hold.
 Texts = NDArray[np.object_]
@@ -26,11 +26,14 @@ class Columns:
 
     Numbers are float64, NaN where a row has none; counts are int64, or uint64 if a seed does not fit,
     and float64 if a row has none; texts are arrays of ``str`` with dtype object. A column that the
-    program leaves out of its CSV file is None.
+    program leaves out of its CSV file is None. The arrays are read-only; ``copy`` them to change them.
     """
 
     names: Mapping[str, str] = field(default_factory=dict, repr=False, kw_only=True)
     """The names in the program's CSV file of those columns that have another one there."""
+
+    def __post_init__(self) -> None:
+        sealed(self)
 
     @classmethod
     def _read(cls, table: Mapping[str, tuple[str, Any]]) -> Self:
@@ -79,6 +82,14 @@ class Columns:
 
     def __len__(self) -> int:
         return len(next(iter(self.to_dict().values())))
+
+
+def sealed(result: Any) -> None:
+    """Makes the arrays among the fields of a dataclass read-only, as its fields are."""
+    for column in fields(result):
+        values = getattr(result, column.name)
+        if isinstance(values, np.ndarray):
+            values.setflags(write=False)
 
 
 def texts(values: list[str]) -> NDArray[np.object_]:

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 from pickline import _pickline
+from pickline._arguments import checked
 from pickline._patterns import Cases, as_cases
 from pickline._pickline import Station
 from pickline._progress import Progress, watcher
 from pickline._strategies import Strategies, as_strategies
 from pickline.columns import Columns, Counts, Numbers, Texts
+from pickline.conditions import Conditions, conditions
 from pickline.purity import Purities
 from pickline.result import Result, call_text, partial
-from pickline.simulation import as_station, conditions
+from pickline.simulation import as_station
 
 __all__ = [
     "CaseClasses",
@@ -216,6 +218,7 @@ class Comparison(Result):
         return f"<Comparison of {', '.join(self.methods)} on {cases}>"
 
 
+@checked(Conditions)
 def compare(
     station: Station | str | os.PathLike[str] = "paper",
     cases: Cases = "paper",
@@ -237,7 +240,7 @@ def compare(
     classes: str | None = None,
     seed: int = 1,
     progress: Progress = False,
-    **under: Any,
+    **under: Unpack[Conditions],
 ) -> Comparison:
     """Compare strategies on the paper's cases or your own, as ``pickline compare`` does.
 
@@ -272,7 +275,7 @@ def compare(
         classes: Their classes and shares, such as ``"pet:0.6,wood:0.4"``.
         seed: Seed of everything random.
         progress: True for a bar by tqdm, or a callable; see :mod:`pickline`.
-        **under: Conditions of every run; see :func:`pickline.simulate`.
+        **under: Conditions of every run; see :class:`pickline.Conditions`.
 
     Raises:
         ValueError: A value, a strategy or a case that does not fit the station.

@@ -5,15 +5,25 @@ from __future__ import annotations
 import operator
 import os
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, Literal, Unpack
 
 import gymnasium
 import numpy as np
 from gymnasium import error
 from numpy.typing import NDArray
 
-from pickline._parts import PAPER_REWARD, SlotSpace, Uncopied, make_batch, observation_space, rust_seed
+from pickline._arguments import checked
+from pickline._parts import (
+    PAPER_REWARD,
+    ObservationName,
+    SlotSpace,
+    Uncopied,
+    make_batch,
+    observation_space,
+    rust_seed,
+)
 from pickline._pickline import Pattern, Station
+from pickline.conditions import Conditions
 from pickline.rendering import FPS, LinePainter
 from pickline.simulation import Picks
 
@@ -110,7 +120,7 @@ class SortingEnv(Uncopied, gymnasium.Env[NDArray[np.float32], np.int64]):
         reward: The two weights of the reward.
         render_mode: ``"rgb_array"`` for pictures, ``"human"`` for a window; both need pygame
             (``pip install pygame-ce``).
-        **under: The conditions of every episode; see :func:`pickline.simulate`.
+        **under: The conditions of every episode; see :class:`pickline.Conditions`.
 
     Raises:
         ValueError: A value that the model does not allow, or patterns that do not fit the station.
@@ -120,6 +130,7 @@ class SortingEnv(Uncopied, gymnasium.Env[NDArray[np.float32], np.int64]):
 
     metadata = {"render_modes": ["human", "rgb_array"], "render_fps": FPS}
 
+    @checked(Conditions)
     def __init__(
         self,
         station: Station | str | os.PathLike[str] = "paper",
@@ -127,12 +138,12 @@ class SortingEnv(Uncopied, gymnasium.Env[NDArray[np.float32], np.int64]):
         *,
         items: int = 50,
         pattern_seed: int = 1,
-        observation: str = "full",
+        observation: ObservationName = "full",
         slots: int | None = None,
         wait: bool = False,
         reward: tuple[float, float] = PAPER_REWARD,
-        render_mode: str | None = None,
-        **under: Any,
+        render_mode: Literal["rgb_array", "human"] | None = None,
+        **under: Unpack[Conditions],
     ) -> None:
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             known = " or ".join(self.metadata["render_modes"])
@@ -192,6 +203,8 @@ class SortingEnv(Uncopied, gymnasium.Env[NDArray[np.float32], np.int64]):
             state = "the episode is over" if self._begun else "no episode has begun"
             raise error.ResetNeeded(f"step: {state}\n  cure: call reset before the first step of one")
         try:
+            if isinstance(action, bool | np.bool_):
+                raise TypeError
             index = operator.index(action)
         except TypeError:
             raise TypeError(
@@ -201,9 +214,6 @@ class SortingEnv(Uncopied, gymnasium.Env[NDArray[np.float32], np.int64]):
             raise ValueError(
                 f"action: {index} is out of range\n  cure: give 0 to {len(self._mask) - 1}"
             )
-        if not self._mask[index]:
-            filled = f"only {len(self.slot_items)} slots hold an item"
-            raise ValueError(f"action: {index}, but {filled}\n  cure: give an action that the mask allows")
         observation = np.zeros(self._batch.observation_size, np.float32)
         reward, figures = self._batch.advance(index, observation, self._mask)
         info = self._info()
@@ -217,9 +227,7 @@ class SortingEnv(Uncopied, gymnasium.Env[NDArray[np.float32], np.int64]):
     def render(self) -> NDArray[np.uint8] | None:
         """The line at the moment of the decision, uint8 [height, width, 3]; None if the render mode is
         not ``"rgb_array"``."""
-        self._check_open("render")
-        if not self._begun:
-            raise error.ResetNeeded("render: no episode has begun\n  cure: call reset before it")
+        self._check_begun("render")
         return self._picture() if self.render_mode == "rgb_array" else None
 
     def _picture(self) -> NDArray[np.uint8] | None:
@@ -233,6 +241,7 @@ class SortingEnv(Uncopied, gymnasium.Env[NDArray[np.float32], np.int64]):
 
     def action_masks(self) -> NDArray[np.bool_]:
         """Which actions are allowed now, bool [actions]."""
+        self._check_begun("action_masks")
         return self._mask.copy()
 
     @property
@@ -250,19 +259,19 @@ class SortingEnv(Uncopied, gymnasium.Env[NDArray[np.float32], np.int64]):
     @property
     def slot_items(self) -> NDArray[np.int64]:
         """The item in each filled slot, as its index in the pattern [filled slots]."""
-        self._check_open("slot_items")
+        self._check_begun("slot_items")
         return np.array(self._batch.items(0), np.int64)
 
     @property
     def pattern(self) -> Pattern:
         """The pattern of the episode."""
-        self._check_open("pattern")
+        self._check_begun("pattern")
         return self.patterns[self._batch.picks(0)[0]]
 
     @property
     def picks(self) -> Picks:
         """The picks of the episode so far."""
-        self._check_open("picks")
+        self._check_begun("picks")
         return Picks(**self._batch.picks(0)[1])
 
     def close(self) -> None:
@@ -272,11 +281,16 @@ class SortingEnv(Uncopied, gymnasium.Env[NDArray[np.float32], np.int64]):
             self._painter.close()
 
     def _due(self) -> tuple[int, float] | None:
-        self._check_open("robot and time")
+        self._check_open("robot, time")
         return self._batch.due(0)
 
     def _info(self) -> dict[str, Any]:
         return {"action_mask": self._mask.astype(np.int8)}
+
+    def _check_begun(self, what: str) -> None:
+        self._check_open(what)
+        if not self._begun:
+            raise error.ResetNeeded(f"{what}: no episode has begun\n  cure: call reset before it")
 
     def _check_open(self, what: str) -> None:
         if not self._open:

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 from pickline import _pickline
+from pickline._arguments import checked
 from pickline._patterns import Patterns, as_given
 from pickline._pickline import Station
 from pickline._progress import Progress, watcher
 from pickline._strategies import Strategies, as_strategies
 from pickline.columns import Columns, Numbers, Texts
+from pickline.conditions import Conditions, conditions
 from pickline.result import Result, call_text, partial
-from pickline.simulation import as_station, conditions
+from pickline.simulation import as_station
 
 __all__ = ["HaltedPoints", "RobotsDown", "robots_down"]
 
@@ -83,6 +85,7 @@ class RobotsDown(Result):
         return f"<RobotsDown: {robots} robots, each halted, on {self.patterns} patterns>"
 
 
+@checked(Conditions)
 def robots_down(
     station: Station | str | os.PathLike[str] = "paper",
     patterns: Patterns = "grid:0.15",
@@ -98,13 +101,14 @@ def robots_down(
     train_patterns: str | None = None,
     train_items: int | None = None,
     greedy: bool = False,
+    tune: bool = False,
     area: str | None = None,
     p_detection: str | None = None,
     p_grasp: str | None = None,
     classes: str | None = None,
     seed: int = 1,
     progress: Progress = False,
-    **under: Any,
+    **under: Unpack[Conditions],
 ) -> RobotsDown:
     """Halt each robot in turn and see what the line still does, as ``pickline sweep --sweep robots-down``
     does.
@@ -124,13 +128,15 @@ def robots_down(
         train_patterns: Training set of robust GT; patterns like those that are run if not given.
         train_items: Items in each pattern of the training set.
         greedy: Whether to add greedy GT, the best assignment for each single pattern.
+        tune: Whether to add the best of what line software ships (shares, every n-th item, zones, FIFO for
+            all), tuned on training patterns for the whole line; its name is ``"rival"``.
         area: Distribution of the areas of generated items [cm^2], such as ``"lognormal:80,0.5"``.
         p_detection: Distribution of their probability that the detection is a real item.
         p_grasp: Distribution of their probability that a grasp succeeds.
         classes: Their classes and shares, such as ``"pet:0.6,wood:0.4"``.
         seed: Seed of everything random.
         progress: True for a bar by tqdm, or a callable; see :mod:`pickline`.
-        **under: Conditions of every run; see :func:`pickline.simulate`. ``misdetections`` is not among
+        **under: Conditions of every run; see :class:`pickline.Conditions`. ``misdetections`` is not among
             them.
 
     Raises:
@@ -163,6 +169,7 @@ def robots_down(
             train_patterns=train_patterns,
             train_items=train_items,
             greedy=greedy,
+            tune=tune,
             area=area,
             p_detection=p_detection,
             p_grasp=p_grasp,

@@ -7,24 +7,34 @@ import json
 import os
 import shutil
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, Unpack
 
 import gymnasium
 import numpy as np
 from gymnasium import spaces
 
 from pickline import _pickline
-from pickline._parts import PAPER_REWARD, as_patterns, as_reward, as_slots, observation_space
+from pickline._arguments import checked
+from pickline._parts import (
+    PAPER_REWARD,
+    ObservationName,
+    as_patterns,
+    as_reward,
+    as_slots,
+    observation_space,
+)
 from pickline._pickline import Pattern, Station
 from pickline._progress import Progress, watcher
 from pickline._registration import ENVIRONMENT_ID
 from pickline._strategies import Strategy
+from pickline.conditions import Conditions, conditions
 from pickline.result import call_text
-from pickline.simulation import as_station, conditions
+from pickline.simulation import as_station
 
 __all__ = ["to_minari"]
 
 
+@checked(Conditions)
 def to_minari(
     dataset_id: str,
     strategy: Strategy,
@@ -33,7 +43,7 @@ def to_minari(
     *,
     items: int = 50,
     pattern_seed: int = 1,
-    observation: str = "full",
+    observation: ObservationName = "full",
     slots: int | None = None,
     wait: bool = False,
     reward: tuple[float, float] = PAPER_REWARD,
@@ -43,7 +53,7 @@ def to_minari(
     author_email: str | None = None,
     code_permalink: str | None = None,
     description: str | None = None,
-    **under: Any,
+    **under: Unpack[Conditions],
 ) -> Any:
     """Write what a strategy does as a Minari dataset, one episode for each pattern.
 
@@ -68,7 +78,7 @@ def to_minari(
         seed: Seed of the search for bases of a look-ahead that names none.
         progress: True for a bar by tqdm, or a callable; see :mod:`pickline`.
         author: For the metadata, as are the three after it.
-        **under: Conditions of the episodes; see :func:`pickline.simulate`.
+        **under: Conditions of the episodes; see :class:`pickline.Conditions`.
 
     Returns:
         The ``minari.MinariDataset``. ``minari.load_dataset(dataset_id)`` reads it again. The metadata of
@@ -88,7 +98,7 @@ def to_minari(
             raise TypeError(f"{name}: {text!r} is not a text\n  cure: give a text, or leave it out")
     minari, folder = _free_place(dataset_id)
     line = as_station(station)
-    given = dict(items=items, pattern_seed=pattern_seed, observation=observation)
+    given: dict[str, Any] = dict(items=items, pattern_seed=pattern_seed, observation=observation)
     given |= dict(slots=slots, wait=wait, reward=reward, **under)
     slots = as_slots(slots, observation)
     reward = as_reward(reward)

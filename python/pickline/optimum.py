@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pickline import _pickline
+from pickline._arguments import checked
 from pickline._patterns import Patterns, as_given
 from pickline._pickline import Station
 from pickline._progress import Progress, watcher
 from pickline._strategies import Strategies, as_strategies
 from pickline.columns import Columns, Counts, Numbers, Texts
+from pickline.conditions import SearchConditions, search_conditions
 from pickline.result import Result, call_text, partial
-from pickline.simulation import as_station, search_conditions
+from pickline.simulation import as_station
 
 __all__ = ["Optimum", "Ranking", "ScoredStrategies", "optimize"]
 
@@ -121,6 +123,7 @@ class Optimum(Result):
         return f"<Optimum {self.strategy}: mean {self.objective} {mean:.4g} {self.unit}>"
 
 
+@checked(SearchConditions)
 def optimize(
     station: Station | str | os.PathLike[str] = "paper",
     patterns: Patterns = "balanced:120",
@@ -132,9 +135,9 @@ def optimize(
     cluster_spread: float | None = None,
     gap_length: float | None = None,
     gap_share: float | None = None,
-    objective: str = "picking-rate",
+    objective: Literal["picking-rate", "picked-share", "weighted-rate", "max-speed"] = "picking-rate",
     risk: str = "mean",
-    search: str = "auto",
+    search: Literal["auto", "exhaustive", "grasp", "both"] = "auto",
     starts: int = 8,
     alpha: float = 0.3,
     speed_step: float = 0.001,
@@ -148,7 +151,7 @@ def optimize(
     classes: str | None = None,
     seed: int = 1,
     progress: Progress = False,
-    **under: Any,
+    **under: Unpack[SearchConditions],
 ) -> Optimum:
     """Find the rule for each robot that picks best over patterns, as ``pickline optimize`` does.
 
@@ -182,8 +185,7 @@ def optimize(
         classes: Their classes and shares, such as ``"pet:0.6,wood:0.4"``.
         seed: Seed of everything random.
         progress: True for a bar by tqdm, or a callable; see :mod:`pickline`.
-        **under: Conditions of every run; see :func:`pickline.simulate`. Neither ``misdetections`` nor
-            outages are among them.
+        **under: Conditions of every run; see :class:`pickline.SearchConditions`.
 
     Raises:
         ValueError: A value, a strategy or patterns that do not fit the station.

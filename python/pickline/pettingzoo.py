@@ -48,7 +48,7 @@ class SortingAECEnv(Uncopied, AECEnv):
         self.render_mode = None
         self.possible_agents = self._line.station.robots
         self.agents: list[str] = []
-        actions = len(self._line.action_masks())
+        actions = len(self._line._mask)
         space = spaces.Dict(
             {
                 "observation": self._line.observation_space,

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from pickline import _pickline
+from pickline._arguments import checked
 from pickline._pickline import Pattern
 
 __all__ = ["Import", "import_mot"]
@@ -32,6 +33,7 @@ class Import:
         return "\n".join([*self.lines, *warnings])
 
 
+@checked()
 def import_mot(
     file: str | os.PathLike[str],
     *,
@@ -39,7 +41,7 @@ def import_mot(
     scale: float,
     axis: Literal["x", "y"],
     belt_speed: float,
-    form: str | None = None,
+    form: Literal["mot", "supervision", "ultralytics", "yolo", "coco"] | None = None,
     boxes: Literal["sizes", "corners", "centres"] | None = None,
     image_size: tuple[float, float] | None = None,
     reverse: bool = False,
@@ -77,6 +79,15 @@ def import_mot(
         ValueError: A value, or a recording that cannot be read or contradicts the values.
         OSError: A file that cannot be read.
     """
+    if image_size is not None:
+        try:
+            width, height = (float(length) for length in image_size)
+        except (TypeError, ValueError):
+            raise TypeError(
+                f"image_size: {image_size!r} is not two numbers\n"
+                "  cure: give width and height [px], such as (1920, 1080)"
+            ) from None
+        image_size = width, height
     if isinstance(class_names, Mapping):
         class_names = ",".join(f"{number}:{name}" for number, name in class_names.items())
     pattern, report, lines, warnings = _pickline.import_mot(

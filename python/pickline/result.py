@@ -90,6 +90,10 @@ class Result:
         """Everything, as the program's JSON."""
         return self.report.json()
 
+    def to_html(self) -> str | None:
+        """The page with tables and charts that the program writes; None if there is none."""
+        return self.report.page()
+
     def __str__(self) -> str:
         return self.report.text()
 
@@ -110,17 +114,30 @@ def call_text(function: Callable[..., Any], given: dict[str, Any]) -> str:
     words = [
         f"{name}={_shown(value)}"
         for name, value in given.items()
-        if name not in hidden and value != usual.get(name, usual)
+        if name not in hidden and not _is_usual(value, usual.get(name, usual))
     ]
     return f"pickline.{function.__name__}({', '.join(words)})"
 
 
+def _is_usual(value: Any, usual: Any) -> bool:
+    """Whether an argument has its default."""
+    try:
+        return bool(value == usual)
+    except Exception:
+        # Arrays and series compare entry by entry, or refuse to.
+        return False
+
+
 def _shown(value: Any) -> str:
     """A value in a call; a callable by its name, because its address changes from run to run."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
     if isinstance(value, list | tuple):
         if value and all(isinstance(entry, _pickline.Pattern) for entry in value):
             return f"<{len(value)} patterns>"
         return f"[{', '.join(map(_shown, value))}]"
     if callable(value):
         return getattr(value, "__name__", type(value).__name__)
-    return repr(value)
+    text = repr(value)
+    # An address changes from run to run.
+    return f"<{type(value).__name__}>" if " at 0x" in text else text

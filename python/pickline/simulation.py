@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import difflib
-import functools
-import inspect
 import os
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any, ParamSpec, TypeVar
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pickline import _pickline
+from pickline._arguments import checked
 from pickline._pickline import Pattern, Station
 from pickline._progress import Progress, watcher
 from pickline._strategies import Strategy
 from pickline._html import in_notebook
-from pickline.columns import Columns
+from pickline.columns import Columns, sealed
+from pickline.conditions import Conditions, conditions
 from pickline.result import KeptReport, call_text
 
 __all__ = ["Picks", "Simulation", "simulate"]
@@ -98,6 +96,9 @@ class Simulation:
     report: _pickline.Report | KeptReport
     """The run, from which every other form is made."""
 
+    def __post_init__(self) -> None:
+        sealed(self)
+
     def to_csv(self) -> str:
         """The attempts as the program's CSV, with comments on where they come from."""
         return self.report.csv()
@@ -105,6 +106,10 @@ class Simulation:
     def to_json(self) -> str:
         """Everything, as the program's JSON."""
         return self.report.json()
+
+    def to_html(self) -> str | None:
+        """The page with the run as a replay; None if there is none."""
+        return self.report.page()
 
     def __str__(self) -> str:
         return self.report.text()
@@ -119,70 +124,6 @@ class Simulation:
         )
 
 
-P = ParamSpec("P")
-R = TypeVar("R")
-
-
-def naming(read: Callable[P, R]) -> Callable[P, R]:
-    """``read``, which says of an argument that it does not have which ones there are."""
-    known = list(inspect.signature(read).parameters)
-
-    @functools.wraps(read)
-    def checked(*args: P.args, **given: P.kwargs) -> R:
-        for name in given:
-            if name not in known:
-                near = difflib.get_close_matches(name, known, 1)
-                cure = f"did you mean {near[0]}?" if near else f"the conditions are {', '.join(known)}"
-                raise TypeError(f"{name}: there is no such argument\n  cure: {cure}")
-        return read(*args, **given)
-
-    return checked
-
-
-@naming
-def conditions(
-    *,
-    update_hz: float = 0.0,
-    camera_x: float | None = None,
-    min_detection: float = 0.0,
-    grasp_success: float | None = None,
-    position_noise: float = 0.0,
-    misdetections: bool = False,
-    outage: str | Iterable[str] = (),
-    outages: str | Iterable[float] | None = None,
-) -> dict[str, Any]:
-    """The conditions of runs with all their values; a misspelled one is a ``TypeError``."""
-    return dict(
-        update_hz=update_hz,
-        camera_x=camera_x,
-        min_detection=min_detection,
-        grasp_success=grasp_success,
-        position_noise=position_noise,
-        misdetections=misdetections,
-        outage=[outage] if isinstance(outage, str) else list(outage),
-        outages=outages if outages is None or isinstance(outages, str) else tuple(outages),
-    )
-
-
-@naming
-def search_conditions(
-    *,
-    update_hz: float = 0.0,
-    camera_x: float | None = None,
-    min_detection: float = 0.0,
-    grasp_success: float | None = None,
-    position_noise: float = 0.0,
-) -> dict[str, Any]:
-    """The conditions of searches and bounds, which know neither outages nor what detections truly are."""
-    return conditions(
-        update_hz=update_hz,
-        camera_x=camera_x,
-        min_detection=min_detection,
-        grasp_success=grasp_success,
-        position_noise=position_noise,
-    )
-
-
 def as_station(station: Station | str | os.PathLike[str]) -> Station:
     """The station itself, or the one of this name or file."""
     if isinstance(station, Station):
@@ -195,6 +136,7 @@ def as_station(station: Station | str | os.PathLike[str]) -> Station:
     return Station(station)
 
 
+@checked(Conditions)
 def simulate(
     station: Station | str | os.PathLike[str],
     pattern: Pattern,
@@ -203,11 +145,11 @@ def simulate(
     seed: int = 1,
     bound: bool = False,
     progress: Progress = False,
-    **under: Any,
+    **under: Unpack[Conditions],
 ) -> Simulation:
     """Simulate ``strategy`` on ``pattern`` and verify the run with the independent checker.
 
-    The GIL is released. Ctrl-C stops the search for bases of the look-ahead and for the bound.
+    The GIL is released. Ctrl-C ends the run at its next decision.
 
     Args:
         station: A station, the name of a built-in one, or a station file.
@@ -218,18 +160,7 @@ def simulate(
         seed: Seed of everything random in the run, and of the search for bases.
         bound: Whether to also find what no strategy can exceed.
         progress: True for a bar by tqdm, or a callable; see :mod:`pickline`.
-        **under: Conditions of the run:
-
-            * ``update_hz``: decisions only at multiples of 1 / this [Hz]; 0 for any time
-            * ``camera_x``: position of the camera [m]; only items that have passed it are known
-            * ``min_detection``: items with a lower ``p_detection`` are left on the belt
-            * ``grasp_success``: grasps may fail; probability of success for items without ``p_grasp``
-            * ``position_noise``: standard deviation of reported positions [m]
-            * ``misdetections``: whether detections may be wrong
-            * ``outage``: times in which a robot makes no decision, each as after ``--outage`` of the
-              program: ``"r2:30..60"`` for robot r2, or the second one, from 30 s to 60 s
-            * ``outages``: all robots fail at random: the mean time between failures and the mean time to
-              repair [s], such as ``(300, 20)``
+        **under: Conditions of the run; see :class:`pickline.Conditions`.
 
     Raises:
         ValueError: A value, a strategy or a pattern that does not fit the station, or an action of a
@@ -237,6 +168,11 @@ def simulate(
         OSError: A file that cannot be read.
         KeyboardInterrupt: Ctrl-C.
     """
+    if not isinstance(pattern, Pattern):
+        raise TypeError(
+            f"pattern: {pattern!r} is not a pattern\n  cure: give a Pattern, such as one of "
+            "pickline.patterns(source, station), or Pattern.from_csv(file)"
+        )
     call = call_text(simulate, locals())
     with watcher(progress) as watch:
         parts = _pickline.simulate(

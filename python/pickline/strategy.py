@@ -65,3 +65,17 @@ class Wait:
 
     until: float | None = None
     """When the robot decides again [s], later than now; None for when it can reach another item."""
+
+    def __post_init__(self) -> None:
+        if self.until is None:
+            return
+        try:
+            if isinstance(self.until, str | bool):
+                raise TypeError
+            until = float(self.until)
+        except (TypeError, ValueError):
+            raise TypeError(
+                f"until: {self.until!r} is not a time\n"
+                "  cure: give seconds, later than snapshot.time, or None"
+            ) from None
+        object.__setattr__(self, "until", until)

@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
+import difflib
 import os
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any, Literal, Self, Unpack, get_args
 
 import numpy as np
 
 from pickline import _pickline
+from pickline._arguments import checked
 from pickline._patterns import Patterns, as_given
 from pickline._pickline import Station
 from pickline._progress import Progress, watcher
 from pickline._strategies import Strategies, as_strategies
 from pickline.columns import Columns, Counts, Numbers, Texts, texts
+from pickline.conditions import Conditions, conditions
 from pickline.purity import Purities
 from pickline.result import Result, call_text, partial
-from pickline.simulation import as_station, conditions
+from pickline.simulation import as_station
 
 __all__ = ["Limits", "Points", "Sweep", "SweptClasses", "SweptPurities", "Thresholds", "sweep"]
+
+
+Quantity = Literal["speed", "robots", "spacing", "reach", "min-detection"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,9 +224,10 @@ class Sweep(Result):
         return f"<Sweep of {self.sweep} over {over.strip()}>"
 
 
+@checked(Conditions)
 def sweep(
     station: Station | str | os.PathLike[str] = "paper",
-    sweep: str = "speed",
+    sweep: Quantity = "speed",
     *,
     strategy: Strategies = (),
     patterns: Patterns = "grid:0.15",
@@ -238,6 +245,7 @@ def sweep(
     train_patterns: str | None = None,
     train_items: int | None = None,
     greedy: bool = False,
+    tune: bool = False,
     bound: bool = True,
     area: str | None = None,
     p_detection: str | None = None,
@@ -245,7 +253,7 @@ def sweep(
     classes: str | None = None,
     seed: int = 1,
     progress: Progress = False,
-    **under: Any,
+    **under: Unpack[Conditions],
 ) -> Sweep:
     """Vary one quantity of the line and run strategies at every value, as ``pickline sweep`` does.
 
@@ -271,6 +279,8 @@ def sweep(
         train_patterns: Training set of robust GT; patterns like those that are swept if not given.
         train_items: Items in each pattern of the training set.
         greedy: Whether to add greedy GT, the best assignment for each single pattern.
+        tune: Whether to add the best of what line software ships (shares, every n-th item, zones, FIFO for
+            all), tuned on training patterns for every line; its name is ``"rival"``.
         bound: Whether to find what no strategy can exceed.
         area: Distribution of the areas of generated items [cm^2], such as ``"lognormal:80,0.5"``.
         p_detection: Distribution of their probability that the detection is a real item.
@@ -278,7 +288,7 @@ def sweep(
         classes: Their classes and shares, such as ``"pet:0.6,wood:0.4"``.
         seed: Seed of everything random.
         progress: True for a bar by tqdm, or a callable; see :mod:`pickline`.
-        **under: Conditions of every run; see :func:`pickline.simulate`.
+        **under: Conditions of every run; see :class:`pickline.Conditions`.
 
     Raises:
         ValueError: A value, a strategy or a range that does not fit the station.
@@ -286,10 +296,14 @@ def sweep(
         pickline.Interrupted: Ctrl-C; ``partial`` has the values that were completed.
         KeyboardInterrupt: Ctrl-C before the first value was complete.
     """
-    if sweep == "robots-down":
-        raise ValueError(
-            "sweep: 'robots-down' has no values, but robots\n  cure: call pickline.robots_down"
-        )
+    if sweep not in get_args(Quantity):
+        if str(sweep) == "robots-down":
+            raise ValueError(
+                "sweep: 'robots-down' has no values, but robots\n  cure: call pickline.robots_down"
+            )
+        near = difflib.get_close_matches(str(sweep), get_args(Quantity), 1)
+        cure = f"did you mean `{near[0]}`?" if near else f"give one of {', '.join(get_args(Quantity))}"
+        raise ValueError(f"sweep: {sweep!r} is not a quantity\n  cure: {cure}")
     call = call_text(_sweep, locals())
     feed = dict(
         flow=flow,
@@ -314,6 +328,7 @@ def sweep(
             train_patterns=train_patterns,
             train_items=train_items,
             greedy=greedy,
+            tune=tune,
             bound=bound,
             area=area,
             p_detection=p_detection,

@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import pickline
+from pickline._parts import ObservationName
 from pickline.environment import SortingEnv
 
 if TYPE_CHECKING:
@@ -160,7 +161,7 @@ def train(
     station: Any = "paper",
     patterns: Any = "balanced",
     items: int = 50,
-    observation: str = "paper",
+    observation: ObservationName = "paper",
     steps: int = 3_000_000,
     envs: int = 8,
     seed: int = 1,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import operator
 import os
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, Unpack
 
 import gymnasium
 import numpy as np
@@ -14,10 +14,12 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
+from pickline._arguments import checked
 from pickline._parts import (
     COUNTS,
     PAPER_REWARD,
     VALUES,
+    ObservationName,
     SlotSpace,
     SlotsSpace,
     Uncopied,
@@ -26,6 +28,7 @@ from pickline._parts import (
     rust_seed,
 )
 from pickline._pickline import Pattern, Station
+from pickline.conditions import Conditions
 
 __all__ = ["SortingVectorEnv"]
 
@@ -57,6 +60,7 @@ class SortingVectorEnv(Uncopied, gymnasium.vector.VectorEnv):
 
     metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.SAME_STEP}
 
+    @checked(Conditions)
     def __init__(
         self,
         num_envs: int = 1,
@@ -65,13 +69,13 @@ class SortingVectorEnv(Uncopied, gymnasium.vector.VectorEnv):
         *,
         items: int = 50,
         pattern_seed: int = 1,
-        observation: str = "full",
+        observation: ObservationName = "full",
         slots: int | None = None,
         wait: bool = False,
         reward: tuple[float, float] = PAPER_REWARD,
         copy: bool = True,
         render_mode: str | None = None,
-        **under: Any,
+        **under: Unpack[Conditions],
     ) -> None:
         try:
             num_envs = operator.index(num_envs)
@@ -176,6 +180,9 @@ class SortingVectorEnv(Uncopied, gymnasium.vector.VectorEnv):
 
     def action_masks(self) -> NDArray[np.bool_]:
         """Which actions are allowed now, bool [environments, actions]."""
+        self._check_open("action_masks")
+        if not self._begun:
+            raise error.ResetNeeded("action_masks: no episode has begun\n  cure: call reset before it")
         return self._masks.copy()
 
     def _actions(self, actions: ArrayLike) -> NDArray[np.int64]:

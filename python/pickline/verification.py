@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickline import _pickline
+from pickline._arguments import checked
 from pickline._pickline import Pattern, Station
 from pickline.columns import Columns, Numbers, Texts
 from pickline.result import Result, call_text
@@ -75,6 +76,7 @@ class Verification(Result):
         return f"<Verification of {self.picks} picks: {verdict}>"
 
 
+@checked()
 def check(
     picks: str | os.PathLike[str],
     station: Station | str | os.PathLike[str],

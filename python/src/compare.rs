@@ -7,7 +7,6 @@ use crate::scalars;
 use crate::scored::unwrapped;
 use crate::station::Station;
 use crate::strategy::strategies;
-use crate::work;
 use pickline::experiment::{Case, load_cases, with_attributes};
 use pickline::pattern::Attributes;
 use pickline::study::{CompareOptions, CompareStudy, RobustTraining};
@@ -91,12 +90,14 @@ pub(crate) fn compare(
     call: &str,
 ) -> PyResult<Report> {
     let conditions = conditions.resolve(seed)?;
-    let (strategies, raised) = strategies(&strategy)?;
+    let (strategies, callables) = strategies(&strategy)?;
     let line = &*station.inner;
-    let worked = raised.or(work::long(py, progress.as_ref(), |environment| {
+    let worked = callables.long(py, progress.as_ref(), |environment| {
         let attributes = Attributes::named(area, p_detection, p_grasp, classes)?;
         let listed = cases.list()?;
         let cases_name = cases.in_words(&listed);
+        // Of patterns that are given, none is drawn.
+        let is_drawn = matches!(cases, GivenCases::Named(_)) || conditions.is_random();
         let cases = with_attributes(listed, &attributes)?;
         let training =
             RobustTraining::named(robust, train_patterns, train_items, paper, (line, seed))?;
@@ -115,13 +116,16 @@ pub(crate) fn compare(
             .fold(options, CompareOptions::with_strategy);
         let study = CompareStudy::new(line, &cases, &options)?;
         let compared = study.run(environment)?;
-        let scored = format!(
-            "cases {cases_name}, {replicates} patterns of random ones each, under the seeds {} and up",
-            study.first_seed()
-        );
+        let scored = match is_drawn {
+            false => format!("cases {cases_name}"),
+            true => format!(
+                "cases {cases_name}, {replicates} patterns of random ones each, under the seeds {} and up",
+                study.first_seed()
+            ),
+        };
         let made = Provenance::new(call, &station.name, line, &scored, seed).under(&conditions);
         let papers = matches!(&*cases_name, "paper" | "all");
         Ok(ComparisonReport::of_study(&compared, papers, paper && papers, shown(), made))
-    }))?;
+    })?;
     Ok(Report::of(worked))
 }

@@ -43,8 +43,8 @@ impl ConditionArguments {
     pub(crate) fn read(given: &Bound<'_, PyAny>) -> PyResult<Self> {
         let wrong = |problem: String| {
             PyTypeError::new_err(format!(
-                "conditions: {problem}\n  cure: give them as keyword arguments, with numbers; outages \
-                 as in pickline.simulate"
+                "conditions: {problem}\n  cure: give them as keyword arguments, with numbers; see \
+                 pickline.Conditions"
             ))
         };
         let dictionary = given
@@ -56,7 +56,7 @@ impl ConditionArguments {
             let value = field.and_then(|field| dictionary.get_item(field).ok().flatten());
             match field.zip(value) {
                 Some((field, value)) => PyTypeError::new_err(format!(
-                    "{field}: {value:?} has the wrong type\n  cure: see the conditions of pickline.simulate"
+                    "{field}: {value:?} has the wrong type\n  cure: see pickline.Conditions for what it takes"
                 )),
                 None => wrong(problem),
             }

@@ -7,8 +7,7 @@ use crate::pattern::Pattern;
 use crate::scalars;
 use crate::simulate::figures_by_name;
 use crate::station::Station;
-use crate::strategy::{Raised, strategy_of};
-use crate::work;
+use crate::strategy::{Callables, strategy_of};
 use numpy::{PyArray1, PyArrayMethods};
 use pickline::decision::observation::{Layout, View};
 use pickline::rl::{Demonstration, Reward};
@@ -47,11 +46,11 @@ pub(crate) fn demonstrate<'py>(
         .with_reward(Reward { pick, rate });
     let patterns: Vec<&pickline::Pattern> = patterns.iter().map(|p| &*p.inner).collect();
     let line = &*station.inner;
-    let raised = Raised::default();
-    let strategy = strategy_of(strategy, &raised)?;
-    let worked = raised.or(work::long(py, progress.as_ref(), |environment| {
+    let callables = Callables::default();
+    let strategy = strategy_of(strategy, &callables)?;
+    let worked = callables.long(py, progress.as_ref(), |environment| {
         study::demonstrate(line, &patterns, &strategy, &options, environment)
-    }))?;
+    })?;
     if worked.interrupted {
         return Err(PyKeyboardInterrupt::new_err(()));
     }

@@ -14,6 +14,8 @@ pub(crate) fn spelling(setting: &str) -> String {
     let name = option.trim_start_matches('-').replace('-', "_");
     match name.strip_prefix("no_") {
         Some(name) => format!("`{name}=False`"),
+        // A word of Python, so the argument has another name.
+        None if name == "from" => "`from_`".into(),
         None => format!("`{name}`"),
     }
 }
@@ -23,9 +25,11 @@ pub(crate) fn spelling(setting: &str) -> String {
 /// | kind | exception |
 /// |---|---|
 /// | `Usage`, `Input`, `IllegalAction` | `ValueError` |
-/// | `Path`, `Io`, `Resources` | `OSError`, or its subclass for the code of the system |
+/// | `Path`, `Io`, `Resources` | `OSError`, or its subclass for the code of the system (1) |
 /// | `Interrupted` | `KeyboardInterrupt` |
 /// | `Refuted`, `Internal` | `RuntimeError` |
+///
+/// (1) `ValueError`, as by Python's `open`, for a path with a NUL.
 pub(crate) fn exception(error: Error) -> PyErr {
     let error = error.spell_settings(spelling);
     let message = error.to_string();
@@ -35,6 +39,10 @@ pub(crate) fn exception(error: Error) -> PyErr {
         }
         ErrorKind::Path | ErrorKind::Io | ErrorKind::Resources => {
             let source = error.source().and_then(|s| s.downcast_ref::<io::Error>());
+            if source.is_some_and(|source| source.kind() == io::ErrorKind::InvalidInput) {
+                // Not the name of a file at all: it has a NUL.
+                return PyValueError::new_err(message);
+            }
             match source.and_then(io::Error::raw_os_error) {
                 // Python makes a FileNotFoundError and the like of it.
                 Some(code) => PyOSError::new_err((code, message)),

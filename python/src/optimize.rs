@@ -6,7 +6,6 @@ use crate::scalars;
 use crate::scored::{FeedArguments, GivenPatterns, patterns_of};
 use crate::station::Station;
 use crate::strategy::strategies;
-use crate::work;
 use pickline::optimize::{Grasp, Limits, Objective, Risk, SearchKind, SpeedScan};
 use pickline::study::{OptimizeOptions, OptimizeStudy};
 use pickline_report::{OptimumReport, Provenance};
@@ -45,9 +44,9 @@ pub(crate) fn optimize(
     call: &str,
 ) -> PyResult<Report> {
     let conditions = conditions.resolve(seed)?;
-    let (strategies, raised) = strategies(&strategy)?;
+    let (strategies, callables) = strategies(&strategy)?;
     let line = &*station.inner;
-    let worked = raised.or(work::long(py, progress.as_ref(), |environment| {
+    let worked = callables.long(py, progress.as_ref(), |environment| {
         let attributes = [area, p_detection, p_grasp, classes];
         let patterns = patterns_of(&patterns, items, &feed, attributes)?;
         let scan = SpeedScan::new(speed_step, line)?;
@@ -85,6 +84,6 @@ pub(crate) fn optimize(
             shown(),
             made,
         ))
-    }))?;
+    })?;
     Ok(Report::of(worked))
 }

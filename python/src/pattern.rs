@@ -203,7 +203,7 @@ impl Pattern {
     #[pyo3(signature = (station, flow, items, *, seed = 1))]
     fn random(
         py: Python<'_>,
-        station: &Station,
+        #[pyo3(from_py_with = Station::read)] station: Station,
         flow: f64,
         #[pyo3(from_py_with = scalars::count::items)] items: usize,
         #[pyo3(from_py_with = scalars::seed)] seed: u64,
@@ -298,7 +298,7 @@ impl Pattern {
 pub(crate) fn patterns(
     py: Python<'_>,
     source: &str,
-    station: &Station,
+    #[pyo3(from_py_with = Station::read)] station: Station,
     #[pyo3(from_py_with = scalars::count::items)] items: usize,
     flow: Option<f64>,
     cluster_size: Option<f64>,
@@ -337,7 +337,7 @@ pub(crate) fn patterns(
 #[pyo3(signature = (station, cases = "all"))]
 pub(crate) fn trials<'py>(
     py: Python<'py>,
-    station: &Station,
+    #[pyo3(from_py_with = Station::read)] station: Station,
     cases: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
     let list = work::parallel(py, || pickline::study::trials(cases, &station.inner))?;

@@ -6,7 +6,6 @@ use crate::scalars;
 use crate::scored::{FeedArguments, GivenPatterns, patterns_of};
 use crate::station::Station;
 use crate::strategy::strategies;
-use crate::work;
 use pickline::study::{RobotsDownOptions, RobotsDownStudy, RobustTraining};
 use pickline_report::{Provenance, RobotsDownReport};
 use pyo3::prelude::*;
@@ -14,7 +13,7 @@ use pyo3::prelude::*;
 /// The report of a :class:`pickline.RobotsDown`; ``call`` is how it says who made it.
 #[pyfunction]
 #[pyo3(signature = (station, *, strategy, patterns, items, feed, robust, train_patterns, train_items,
-    greedy, area, p_detection, p_grasp, classes, seed, conditions, progress, call))]
+    greedy, tune, area, p_detection, p_grasp, classes, seed, conditions, progress, call))]
 #[expect(clippy::too_many_arguments, reason = "the options of the program")]
 pub(crate) fn robots_down(
     py: Python<'_>,
@@ -27,6 +26,7 @@ pub(crate) fn robots_down(
     train_patterns: Option<&str>,
     #[pyo3(from_py_with = scalars::optional_count::train_items)] train_items: Option<usize>,
     greedy: bool,
+    tune: bool,
     area: Option<&str>,
     p_detection: Option<&str>,
     p_grasp: Option<&str>,
@@ -37,9 +37,9 @@ pub(crate) fn robots_down(
     call: &str,
 ) -> PyResult<Report> {
     let conditions = conditions.resolve(seed)?;
-    let (strategies, raised) = strategies(&strategy)?;
+    let (strategies, callables) = strategies(&strategy)?;
     let line = &*station.inner;
-    let worked = raised.or(work::long(py, progress.as_ref(), |environment| {
+    let worked = callables.long(py, progress.as_ref(), |environment| {
         let attributes = [area, p_detection, p_grasp, classes];
         let patterns = patterns_of(&patterns, items, &feed, attributes)?;
         let training =
@@ -49,7 +49,8 @@ pub(crate) fn robots_down(
             .with_seed(seed)
             .with_conditions(conditions.clone())
             .with_training(training)
-            .with_greedy(greedy);
+            .with_greedy(greedy)
+            .with_tune(tune);
         let options = strategies
             .into_iter()
             .fold(options, RobotsDownOptions::with_strategy);
@@ -65,6 +66,6 @@ pub(crate) fn robots_down(
             shown().notes(&found.notes),
             made,
         ))
-    }))?;
+    })?;
     Ok(Report::of(worked))
 }

@@ -7,8 +7,7 @@ use crate::report::{Report, shown};
 use crate::run::Run;
 use crate::scalars;
 use crate::station::Station;
-use crate::strategy::{Raised, strategy_of};
-use crate::work;
+use crate::strategy::{Callables, strategy_of};
 use pickline::decision::{Figures, Pick};
 use pickline::study::{SimulateOptions, simulate_and_check};
 use pickline_report::Provenance;
@@ -68,11 +67,11 @@ pub(crate) fn simulate<'py>(
         .with_check(true)
         .with_bound(bound);
     let (on, of) = (&*station.inner, &*pattern.inner);
-    let raised = Raised::default();
-    let strategy = strategy_of(strategy, &raised)?;
-    let worked = raised.or(work::long(py, progress.as_ref(), |environment| {
+    let callables = Callables::default();
+    let strategy = strategy_of(strategy, &callables)?;
+    let worked = callables.long(py, progress.as_ref(), |environment| {
         simulate_and_check(on, of, &strategy, &options, environment)
-    }))?;
+    })?;
     if worked.interrupted {
         return Err(PyKeyboardInterrupt::new_err(()));
     }

@@ -2,6 +2,7 @@
 
 use crate::scalars;
 use crate::work;
+use pickline::error::counted;
 use pickline::station::{self, BUILT_INS, Overrides};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -72,6 +73,20 @@ fn station_name(given: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
 }
 
 impl Station {
+    /// Reads the argument `station`: one, the name of a built-in one, or a station file.
+    pub(crate) fn read(given: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if let Ok(station) = given.cast::<Self>() {
+            return Ok(station.get().clone());
+        }
+        let name = given.extract::<PathBuf>().map_err(|_| {
+            PyTypeError::new_err(format!(
+                "station: {given:?} is not a station\n  cure: give a Station, the name of a built-in one, or a \
+                 station file"
+            ))
+        })?;
+        Self::new(given.py(), name, None, None)
+    }
+
     fn made(py: Python<'_>, source: Source, robots: Option<usize>) -> PyResult<Self> {
         let station = work::quick(py, || source.station(robots))?;
         Ok(Self::of(station, source))
@@ -176,7 +191,8 @@ impl Station {
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let (belt, robots) = (self.inner.belt(), self.inner.robots().len());
         Ok(format!(
-            "<Station of {robots} robots, belt {} m x {} m at {} m/s, hash {}>",
+            "<Station of {}, belt {} m x {} m at {} m/s, hash {}>",
+            counted(robots, "robot"),
             belt.length,
             belt.width,
             belt.speed,

@@ -2,45 +2,125 @@
 
 use crate::arrays::array;
 use crate::errors::exception;
-use crate::work::Worked;
+use crate::work::{self, Worked};
 use pickline::decision::{Action, BeltItem, Candidate, Snapshot, Strategy};
 use pickline::strategies::{self, StrategySpec};
-use pyo3::exceptions::PyTypeError;
+use pickline::{Environment, Error};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyBool, PyDict, PyString, PyType};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// The first exception that a callable has raised.
+/// What the callables of one call have in common.
 #[derive(Clone, Default)]
-pub(crate) struct Raised(Arc<Mutex<Option<PyErr>>>);
+pub(crate) struct Callables(Arc<Shared>);
 
-impl Raised {
-    /// What was `done`, or else the exception that was raised meanwhile.
-    pub(crate) fn or<T>(&self, done: PyResult<Worked<T>>) -> PyResult<Worked<T>> {
-        let mut raised = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        match raised.take() {
-            Some(error) => Err(error),
-            None => done,
+#[derive(Default)]
+struct Shared {
+    /// Stops the call.
+    stop: Arc<AtomicBool>,
+    /// The first exception that a callable has raised.
+    raised: Mutex<Option<PyErr>>,
+    /// The identifiers, in Python, of the threads that are in a callable.
+    inside: Mutex<Vec<u64>>,
+}
+
+impl Callables {
+    /// Long work that calls them: what a callable raises comes out as itself, and Ctrl-C also ends one that
+    /// does not return.
+    pub(crate) fn long<T: Send>(
+        &self,
+        py: Python<'_>,
+        watcher: Option<&Bound<'_, PyAny>>,
+        work: impl FnOnce(&Environment) -> Result<T, Error> + Send,
+    ) -> PyResult<Worked<T>> {
+        let insist = |py: Python<'_>| {
+            for thread in self.inside().iter() {
+                // A thread that has left its callable meanwhile is not found.
+                let _ = interrupt(py, *thread);
+            }
+        };
+        let done = work::long_until(py, watcher, &self.0.stop, &insist, work);
+        match self.raised().take() {
+            Some(error) if !self.0.stop.load(Ordering::Relaxed) => Err(error),
+            _ => done,
         }
     }
 
-    fn keep(&self, error: PyErr) {
-        let mut raised = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        raised.get_or_insert(error);
+    /// Calls `callable` with what it sees.
+    fn call<'py>(
+        &self,
+        py: Python<'py>,
+        callable: &Py<PyAny>,
+        snapshot: &Snapshot,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let seen = shown(py, snapshot)?;
+        let thread = py
+            .import("threading")?
+            .call_method0("get_ident")?
+            .extract()?;
+        self.inside().push(thread);
+        let answer = work::within(&self.0.stop, || callable.bind(py).call1((seen,)));
+        let mut inside = self.inside();
+        if let Some(place) = inside.iter().rposition(|other| *other == thread) {
+            inside.swap_remove(place);
+        }
+        answer
+    }
+
+    fn inside(&self) -> MutexGuard<'_, Vec<u64>> {
+        self.0.inside.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn raised(&self) -> MutexGuard<'_, Option<PyErr>> {
+        self.0.raised.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// The strategies `given`: texts as after ``--strategy`` of the program, or callables; and where what
-/// they raise is kept.
-pub(crate) fn strategies(given: &[Bound<'_, PyAny>]) -> PyResult<(Vec<StrategySpec>, Raised)> {
-    let raised = Raised::default();
-    let specs = given.iter().map(|given| strategy_of(given, &raised));
-    Ok((specs.collect::<PyResult<_>>()?, raised))
+/// Raises `KeyboardInterrupt` in the thread with this identifier.
+fn interrupt(py: Python<'_>, thread: u64) -> PyResult<()> {
+    let ctypes = py.import("ctypes")?;
+    let raise = ctypes
+        .getattr("pythonapi")?
+        .getattr("PyThreadState_SetAsyncExc")?;
+    let thread = ctypes.call_method1("c_ulong", (thread,))?;
+    let kind = ctypes.call_method1("py_object", (py.get_type::<PyKeyboardInterrupt>(),))?;
+    raise.call1((thread, kind))?;
+    Ok(())
 }
 
-/// The strategy `given`; what it raises is kept in `raised`.
-pub(crate) fn strategy_of(given: &Bound<'_, PyAny>, raised: &Raised) -> PyResult<StrategySpec> {
+/// The strategies `given`: texts as after ``--strategy`` of the program, or callables; and what they have in
+/// common.
+pub(crate) fn strategies(given: &[Bound<'_, PyAny>]) -> PyResult<(Vec<StrategySpec>, Callables)> {
+    let callables = Callables::default();
+    let mut specs = Vec::with_capacity(given.len());
+    for given in given {
+        let spec = strategy_of(given, &callables)?;
+        // Functions without names of their own, such as lambdas, are told apart by numbers.
+        let is_new = |name: &str| specs.iter().all(|spec: &StrategySpec| spec.text() != name);
+        specs.push(
+            match given.is_instance_of::<PyString>() || is_new(spec.text()) {
+                true => spec,
+                false => {
+                    let numbered = (2..).map(|number| format!("{} {number}", spec.text()));
+                    match numbered.into_iter().find(|name| is_new(name)) {
+                        Some(name) => called(given, name, &callables),
+                        None => spec,
+                    }
+                }
+            },
+        );
+    }
+    Ok((specs, callables))
+}
+
+/// The strategy `given`, one of the `callables` of a call if it is one.
+pub(crate) fn strategy_of(
+    given: &Bound<'_, PyAny>,
+    callables: &Callables,
+) -> PyResult<StrategySpec> {
     if let Ok(text) = given.cast::<PyString>() {
         return strategies::parse(&text.to_cow()?).map_err(exception);
     }
@@ -51,17 +131,26 @@ pub(crate) fn strategy_of(given: &Bound<'_, PyAny>, raised: &Raised) -> PyResult
             given.repr()?
         )));
     }
-    let name = match given.getattr("__name__") {
-        Ok(name) => name.extract()?,
-        Err(_) => given.get_type().name()?.to_string(),
+    let name = given
+        .getattr("__name__")
+        .and_then(|name| name.extract::<String>());
+    let is_shown = |name: &String| !name.is_empty() && !name.contains(char::is_control);
+    let name = match name.ok().filter(is_shown) {
+        Some(name) => name,
+        None => given.get_type().name()?.to_string(),
     };
+    Ok(called(given, name, callables))
+}
+
+/// The callable `given` as a strategy of this name.
+fn called(given: &Bound<'_, PyAny>, name: String, callables: &Callables) -> StrategySpec {
     let called = Called {
         callable: Arc::new(given.clone().unbind()),
         name: name.clone(),
-        raised: raised.clone(),
+        callables: callables.clone(),
         trouble: None,
     };
-    Ok(StrategySpec::custom(name, move || called.clone()))
+    StrategySpec::custom(name, move || called.clone())
 }
 
 /// A callable as a strategy.
@@ -69,7 +158,7 @@ pub(crate) fn strategy_of(given: &Bound<'_, PyAny>, raised: &Raised) -> PyResult
 struct Called {
     callable: Arc<Py<PyAny>>,
     name: String,
-    raised: Raised,
+    callables: Callables,
     /// What is wrong with the last answer.
     trouble: Option<String>,
 }
@@ -77,7 +166,7 @@ struct Called {
 impl Strategy for Called {
     fn decide(&mut self, snapshot: &Snapshot) -> Action {
         let answer = Python::attach(|py| {
-            let answer = self.callable.bind(py).call1((shown(py, snapshot)?,))?;
+            let answer = self.callables.call(py, &self.callable, snapshot)?;
             action(&answer)
         });
         match answer {
@@ -88,7 +177,7 @@ impl Strategy for Called {
             }
             Err(error) => {
                 self.trouble = Some("it raised an exception".into());
-                self.raised.keep(error);
+                self.callables.raised().get_or_insert(error);
                 Action::NoAnswer
             }
         }
@@ -100,6 +189,10 @@ impl Strategy for Called {
 
     fn trouble(&self) -> Option<String> {
         self.trouble.clone()
+    }
+
+    fn remedy(&self) -> String {
+        "let this one return the index of a candidate, or a Wait until later than now".into()
     }
 }
 

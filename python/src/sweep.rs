@@ -7,7 +7,6 @@ use crate::scalars;
 use crate::scored::{FeedArguments, GivenPatterns, patterns_of};
 use crate::station::Station;
 use crate::strategy::strategies;
-use crate::work;
 use pickline::experiment::Axis;
 use pickline::study::{SweepOptions, SweepStudy};
 use pickline_report::{Provenance, SweepReport};
@@ -16,7 +15,7 @@ use pyo3::prelude::*;
 /// The report of a :class:`pickline.Sweep`; ``call`` is how it says who made it.
 #[pyfunction]
 #[pyo3(signature = (station, sweep, *, strategy, patterns, items, feed, from_, to, step, purity,
-    robust, train_patterns, train_items, greedy, bound, area, p_detection, p_grasp, classes, seed,
+    robust, train_patterns, train_items, greedy, tune, bound, area, p_detection, p_grasp, classes, seed,
     conditions, progress, call))]
 #[expect(clippy::too_many_arguments, reason = "the options of the program")]
 pub(crate) fn sweep(
@@ -35,6 +34,7 @@ pub(crate) fn sweep(
     train_patterns: Option<&str>,
     #[pyo3(from_py_with = scalars::optional_count::train_items)] train_items: Option<usize>,
     greedy: bool,
+    tune: bool,
     bound: bool,
     area: Option<&str>,
     p_detection: Option<&str>,
@@ -49,9 +49,9 @@ pub(crate) fn sweep(
     let axis = Axis::named(sweep).map_err(exception)?;
     // As the library does, for the provenance.
     conditions.disturbances.misdetections |= axis == Axis::MinDetection;
-    let (strategies, raised) = strategies(&strategy)?;
+    let (strategies, callables) = strategies(&strategy)?;
     let line = &*station.inner;
-    let worked = raised.or(work::long(py, progress.as_ref(), |environment| {
+    let worked = callables.long(py, progress.as_ref(), |environment| {
         let attributes = [area, p_detection, p_grasp, classes];
         let patterns = patterns_of(&patterns, items, &feed, attributes)?;
         let source = station.source.clone();
@@ -62,6 +62,7 @@ pub(crate) fn sweep(
             .with_seed(seed)
             .with_conditions(conditions.clone())
             .with_greedy(greedy)
+            .with_tune(tune)
             .with_bound(bound);
         if let Some(purity) = purity {
             options = options.with_purity(purity);
@@ -90,6 +91,6 @@ pub(crate) fn sweep(
             shown(),
             made,
         ))
-    }))?;
+    })?;
     Ok(Report::of(worked))
 }

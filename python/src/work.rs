@@ -6,6 +6,7 @@ use pickline::{Environment, Error};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::cell::RefCell;
 use std::mem;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -67,6 +68,19 @@ pub(crate) struct Worked<T> {
     pub interrupted: bool,
 }
 
+thread_local! {
+    /// What stops the work that called the strategy that this thread is in.
+    static CALLER: RefCell<Option<Arc<AtomicBool>>> = const { RefCell::new(None) };
+}
+
+/// Calls `callable` on a thread of long work that `stop` stops.
+pub(crate) fn within<T>(stop: &Arc<AtomicBool>, callable: impl FnOnce() -> T) -> T {
+    let before = CALLER.replace(Some(Arc::clone(stop)));
+    let returned = callable();
+    CALLER.set(before);
+    returned
+}
+
 /// Like [`parallel`], for long work, which reports its progress to `watcher`, if there is one, and which
 /// Ctrl-C asks to stop. If the work has no result then, and if the signal's handler or `watcher` raises
 /// anything but `KeyboardInterrupt`, that is raised when the work has stopped.
@@ -75,18 +89,42 @@ pub(crate) fn long<T: Send>(
     watcher: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&Environment) -> Result<T, Error> + Send,
 ) -> PyResult<Worked<T>> {
-    let stop = AtomicBool::new(false);
+    long_until(py, watcher, &Arc::default(), &|_| {}, work)
+}
+
+/// Like [`long`], for work that `stop` stops as well; once Ctrl-C has been pressed, `insist` is called again
+/// and again until the work ends.
+pub(crate) fn long_until<T: Send>(
+    py: Python<'_>,
+    watcher: Option<&Bound<'_, PyAny>>,
+    stop: &Arc<AtomicBool>,
+    insist: &(dyn Fn(Python<'_>) + Sync),
+    work: impl FnOnce(&Environment) -> Result<T, Error> + Send,
+) -> PyResult<Worked<T>> {
     let watched = Watched::default();
+    if let Some(caller) = CALLER.with_borrow(Option::clone) {
+        // A strategy calls this. All threads may be in strategies and wait, so this one does the work, and
+        // whoever called the strategy looks for Ctrl-C.
+        let environment = Environment {
+            stop: &*caller,
+            progress: &watched,
+        };
+        let value = quick(py, || work(&environment))?;
+        return Ok(Worked {
+            value,
+            interrupted: caller.load(Ordering::Relaxed),
+        });
+    }
     let watcher = watcher.map(|watcher| watcher.clone().unbind());
     let mut raised = None;
     let done = quick(py, || {
         let pool = pool()?;
         let (sender, receiver) = channel();
-        let (stop, watched) = (&stop, &watched);
+        let watched = &watched;
         pool.in_place_scope(|scope| {
             scope.spawn(move |_| {
                 let environment = Environment {
-                    stop,
+                    stop: &**stop,
                     progress: watched,
                 };
                 // The receiver is there until the work is done.
@@ -101,6 +139,8 @@ pub(crate) fn long<T: Send>(
                         py.check_signals().err().or_else(tell)
                     });
                     stop.store(raised.is_some(), Ordering::Relaxed);
+                } else if matches!(waited, Err(RecvTimeoutError::Timeout)) {
+                    Python::attach(insist);
                 }
                 match waited {
                     Ok(done) => return done,

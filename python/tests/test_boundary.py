@@ -209,6 +209,27 @@ ENVIRONMENT = {"patterns": "grid:0.3", "items": 10}
         (TypeError, "did you mean camera_x", lambda: pickline.SortingEnv(**ENVIRONMENT, camera=1)),
         (TypeError, "misdetections", lambda: pickline.SortingEnv(**ENVIRONMENT, misdetections=2)),
         (TypeError, "outages", lambda: pickline.SortingEnv(**ENVIRONMENT, outages=(300,))),
+        (ValueError, "from_", lambda: pickline.sweep(from_=0.5, to=0.1)),
+        (ValueError, "sweep", lambda: pickline.sweep(sweep="speeds")),
+        (ValueError, "NUL", lambda: pickline.Pattern.from_csv("a\0b")),
+        (TypeError, "station", lambda: pickline.Pattern.random(3, 20.0, 5)),
+        (TypeError, "until", lambda: pickline.Wait("x")),
+        (TypeError, "did you mean replicates", lambda: pickline.compare(replicate=3)),
+        (TypeError, "did you mean patterns", lambda: pickline.optimize(pattern="grid:0.2")),
+        (TypeError, "misdetections: ", lambda: pickline.optimize(misdetections=True)),
+        (TypeError, "strategy", lambda: pickline.compare(strategy=5)),
+        (TypeError, "pattern: 'grid:0.15'", lambda: pickline.simulate("paper", "grid:0.15")),
+        (TypeError, "bound: ", lambda: pickline.compare(bound="no")),
+        (TypeError, "alpha: ", lambda: pickline.optimize(alpha="x")),
+        (TypeError, "cases: ", lambda: pickline.compare(cases=3)),
+        (TypeError, "outage: ", lambda: pickline.SortingEnv(**ENVIRONMENT, outage=3)),
+        (
+            TypeError,
+            "image_size",
+            lambda: pickline.import_mot(
+                "x", fps=5.0, scale=0.001, axis="x", belt_speed=0.1, image_size=(1,)
+            ),
+        ),
         (TypeError, "options", lambda: pickline.SortingEnv(**ENVIRONMENT).reset(options=3)),
         (TypeError, "num_envs", lambda: pickline.SortingVectorEnv("a", **ENVIRONMENT)),
         (TypeError, "num_envs", lambda: pickline.SortingVectorEnv(1.5, **ENVIRONMENT)),
@@ -223,6 +244,30 @@ def test_messages_name_the_argument_and_a_cure(kind, name, call):
     with pytest.raises(kind) as raised:
         call()
     assert name in str(raised.value) and "cure: " in str(raised.value), raised.value
+
+
+def test_arrays_are_arguments_too():
+    pattern = pickline.Pattern.grid(1.05, 0.15, 30)
+    run = pickline.simulate("paper", pattern, outages=np.array([300, 20]))
+    assert "outages=[300, 20]" in run.to_json()
+    settings = dict(robust="SPT,FIFO", greedy=False, policy=False, bound=False)
+    compared = pickline.compare("paper", np.array([pattern, pattern], object), **settings)
+    assert "cases=<2 patterns>" in compared.to_json() and len(compared.runs) == 2
+
+
+def test_results_are_read_only():
+    run = pickline.simulate("paper", pickline.Pattern.grid(1.05, 0.15, 30))
+    for values in (run.picks.decide, run.missed, run.robot_busy):
+        with pytest.raises(ValueError, match="read-only"):
+            values[:] = 0
+    assert run.picks.to_pandas().release.max() <= run.end
+
+
+def test_stations_are_given_by_name_too():
+    line = pickline.Station("paper-narrow")
+    assert pickline.Pattern.random("paper-narrow", 20.0, 5) == pickline.Pattern.random(line, 20.0, 5)
+    named = pickline.patterns("grid:0.2", "paper-narrow", items=9)
+    assert named == pickline.patterns("grid:0.2", line, items=9)
 
 
 def test_masked_values_are_not_taken_for_values():

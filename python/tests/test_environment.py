@@ -107,17 +107,19 @@ def test_seeds_give_episodes():
 
 def test_wrong_use_is_an_exception_and_changes_nothing():
     env = gymnasium.make(ID).unwrapped
-    with pytest.raises(gymnasium.error.ResetNeeded):
-        env.step(0)
+    for call in (lambda: env.step(0), env.action_masks, lambda: env.pattern, lambda: env.picks):
+        with pytest.raises(gymnasium.error.ResetNeeded):
+            call()
     env.reset(seed=1)
     free = np.flatnonzero(~env.action_masks())[0]
     before = (env.robot, env.time, env.slot_items.tolist())
     for action, kind, words in [
-        (free, ValueError, "slots hold an item\n  cure: give an action"),
+        (free, ValueError, "slots hold an item\n  cure: choose an action"),
         (-1, ValueError, "out of range"),
         (16, ValueError, "out of range"),
         (2**70, ValueError, "out of range"),
         (0.0, TypeError, "not an integer"),
+        (True, TypeError, "not an integer"),
         (None, TypeError, "not an integer"),
         (np.zeros(2, int), TypeError, "not an integer"),
     ]:
@@ -127,7 +129,7 @@ def test_wrong_use_is_an_exception_and_changes_nothing():
     with pytest.raises(ValueError, match="unknown option 'pattern'"):
         env.reset(options={"pattern": 1})
     env.close()
-    for call in (env.reset, lambda: env.step(0), lambda: env.picks):
+    for call in (env.reset, lambda: env.step(0), env.action_masks, lambda: env.picks):
         with pytest.raises(gymnasium.error.ClosedEnvironmentError):
             call()
 

@@ -108,7 +108,7 @@ def test_greedy_is_found_on_each_given_pattern():
         (lambda: pickline.compare(PAPER, {}), ValueError, "`cases`: there is no case"),
         (lambda: pickline.compare(PAPER, {"": PATTERNS}), ValueError, "give every case a name"),
         (lambda: pickline.compare(PAPER, {"mine": "dense"}), TypeError, "cases: "),
-        (lambda: pickline.compare(PAPER, 3), TypeError, "patterns: int is neither"),
+        (lambda: pickline.compare(PAPER, 3), TypeError, "cases: int is neither"),
         (lambda: pickline.compare(PAPER, PATTERNS, area="const:80"), ValueError, "do not apply to recorded"),
         (
             lambda: pickline.compare(PAPER, pickline.Pattern([-0.1], [9.0]), robust="SPT,FIFO"),

@@ -359,7 +359,7 @@ def test_a_node_that_never_answers_the_hello(monkeypatch: pytest.MonkeyPatch) ->
 
     async def play() -> None:
         async with FakeNode(serve) as fake:
-            with pytest.raises(Unreachable, match="no answer"):
+            with pytest.raises(Unreachable, match="connected, but no answer"):
                 async with Camera(fake.address, patience=0.5):
                     pass
             assert fake.connections > 1
@@ -509,6 +509,8 @@ def test_nothing_of_a_bad_picture_is_sent() -> None:
             ):
                 with pytest.raises(BadMessage):
                     await camera.report([(0.2, 0.0), bad])
+            with pytest.raises(BadMessage, match="not a list of items"):
+                await camera.report(None)
             await camera.report([(0.3, 0.1)])
             await eventually(lambda: camera.status and camera.status.seen, "the item")
             assert (await camera.next_status()).seen == 1

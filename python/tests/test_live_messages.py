@@ -266,7 +266,7 @@ def without(name: str) -> str:
     ("line", "word"),
     [
         (b"", "not JSON"),
-        (b"\xff\xfe", "not JSON"),
+        (b"\xff\xfe", "not JSON ('utf-8'"),
         (b"[" * 100_000, "not JSON"),
         (b"SSH-2.0-OpenSSH_9.2", "SSH-2.0"),
         (b"[1]", "instead of an object"),

@@ -30,6 +30,13 @@ def test_pages_are_those_of_the_program_in_a_frame(name):
     assert name == "simulate" or page.count("<svg") >= 1
 
 
+def test_a_page_too_large_for_a_notebook_is_left_out():
+    result = pickline.simulate("paper", pickline.Pattern.grid(1.05, 0.15, 10_000))
+    shown = result._repr_html_()
+    assert len(shown) < 10_000 and shown.startswith(f"<pre>{html.escape(str(result))}</pre>")
+    assert "to_html()" in shown and len(result.to_html()) > 2_000_000
+
+
 def test_results_without_a_page_are_shown_as_text():
     pattern = pickline.Pattern([0.0, -0.2], [0.1, 0.1], id=["<b>", "c"])
     found = pickline.bound("paper", pattern)

@@ -107,9 +107,9 @@ GRID = pickline.Pattern.grid(1.05, 0.15, 20)
     [
         (lambda: pickline.simulate("paper", GRID, outage="r2"), ValueError, "`outage`: `r2` is not an outage"),
         (lambda: pickline.simulate("paper", GRID, outage=["r9:1..2"]), ValueError, "the line has no robot"),
-        (lambda: pickline.simulate("paper", GRID, outage=[3]), TypeError, "has the wrong type"),
+        (lambda: pickline.simulate("paper", GRID, outage=[3]), TypeError, "outage: 3 is not a text"),
         (lambda: pickline.simulate("paper", GRID, outages=(0, 20)), ValueError, "`outages`: 0 s is not"),
-        (lambda: pickline.simulate("paper", GRID, outages=(1, 2, 3)), TypeError, "has the wrong type"),
+        (lambda: pickline.simulate("paper", GRID, outages=(1, 2, 3)), TypeError, "is not a pair of times"),
         (lambda: pickline.simulate("paper", GRID, outages="300"), ValueError, "`outages`: `300` is not"),
         (lambda: pickline.optimize(outages=(300, 20)), TypeError, "outages"),
         (lambda: pickline.optimize(misdetections=True), TypeError, "misdetections"),

@@ -106,6 +106,44 @@ def test_a_callable_is_compared_with_rules():
     assert "shortest" in found.strategies.strategy.tolist()
 
 
+def test_a_callable_may_simulate_too():
+    """A planner of one's own tries rules; all threads may be in such callables at once."""
+    line = pickline.Station("paper")
+    patterns = [pickline.Pattern.poisson(line, 0.15, 12, seed=seed) for seed in range(6)]
+
+    def planner(snapshot):
+        tried = pickline.compare(
+            line, patterns[:3], robust="SPT,FIFO", greedy=False, policy=False, bound=False, strategy=lambda _: 0
+        )
+        assert len(tried.runs) == 6
+        return 0 if pickline.simulate(line, patterns[0], "SPT,FIFO", bound=True).picked else Wait()
+
+    settings = dict(robust="FIFO,FIFO", greedy=False, policy=False, bound=False)
+    compared = pickline.compare(line, patterns, strategy=planner, **settings)
+    rates = compared.picking_rate.picking_rate_per_min
+    assert rates[0] == rates[1] > 0
+
+
+def test_names_of_other_methods_are_refused():
+    def rival(snapshot):
+        return 0
+
+    settings = dict(cases=PATTERN, robust="SPT,FIFO", greedy=False, policy=False, bound=False)
+    with pytest.raises(ValueError, match="`rival` is the name of another method\n  cure: "):
+        pickline.compare(strategy=rival, **settings)
+    with pytest.raises(ValueError, match="`rules:SPT,SPT` is given twice\n  cure: "):
+        pickline.compare(strategy=["SPT,SPT", "rules:SPT,SPT"], **settings)
+
+
+def test_functions_of_one_name_are_numbered_and_texts_are_given_once():
+    settings = dict(cases=PATTERN, robust="SPT,FIFO", greedy=False, policy=False, bound=False)
+    compared = pickline.compare(strategy=[lambda _: 0, shortest, lambda _: Wait()], **settings)
+    assert compared.methods == ["robust_gt", "<lambda>", "shortest", "<lambda> 2"]
+    assert compared.picking_rate.picking_rate_per_min[3] == 0 < compared.picking_rate.picking_rate_per_min[1]
+    with pytest.raises(ValueError, match="`strategy`: `SPT,SPT` is given twice\n  cure: "):
+        pickline.compare(strategy=["SPT,SPT", "SPT,SPT"], **settings)
+
+
 class Trouble(Exception):
     """Something that only this test raises."""
 

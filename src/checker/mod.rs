@@ -5,10 +5,12 @@
 //! there.
 
 mod attempt;
+mod figures;
 mod physics;
 mod picks_file;
 mod violation;
 
+pub use figures::figures;
 pub use picks_file::{PicksFile, UnknownRow, read_picks};
 pub use violation::{Terms, Violation, ViolationKind};
 

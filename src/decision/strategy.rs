@@ -36,6 +36,11 @@ pub trait Strategy {
         None
     }
 
+    /// What makes the answers of this strategy valid, after "use another strategy, or".
+    fn remedy(&self) -> String {
+        "fix this one".into()
+    }
+
     /// Checks that the strategy is for a line of this number of robots. By default it is for any
     /// number.
     ///
@@ -75,14 +80,13 @@ pub(crate) fn answer(strategy: &mut dyn Strategy, snapshot: &Snapshot) -> Result
     };
     let robot = &snapshot.station.robots()[snapshot.robot];
     Err(Error::illegal_action(
-        snapshot.time,
-        &robot.name,
+        (snapshot.time, &robot.name),
         format!(
-            "the strategy {}: {problem}\n  seen: {}\n  cure: use another strategy, or fix this \
-             one (a policy: train it on stations and patterns like these and export it again)",
+            "the strategy {}: {problem}\n  seen: {}",
             strategy.name(),
             snapshot.in_words(),
         ),
+        format!("use another strategy, or {}", strategy.remedy()),
     ))
 }
 
@@ -214,6 +218,7 @@ mod tests {
     fn strategies_observe_and_have_no_trouble_by_default() {
         assert!(Defaults.needs_view());
         assert_eq!(Defaults.trouble(), None);
+        assert_eq!(Defaults.remedy(), "fix this one");
         assert!((1..4).all(|robots| Defaults.check_robots(robots).is_ok()));
         let message = ask(&mut Defaults, 1).unwrap_err().to_string();
         assert!(message.contains("silent: it has no answer"), "{message}");

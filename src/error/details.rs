@@ -37,6 +37,7 @@ pub(super) enum Details {
         /// Name of the deciding robot.
         robot: String,
         problem: String,
+        cure: String,
     },
     Refuted(String),
     Interrupted,
@@ -65,11 +66,12 @@ impl fmt::Display for Details {
                 time,
                 robot,
                 problem,
+                cure,
             } => {
                 let robot = shown(robot);
                 write!(
                     f,
-                    "illegal action at t = {time} s by robot `{robot}`: {problem}"
+                    "illegal action at t = {time} s by robot `{robot}`: {problem}\n  cure: {cure}"
                 )
             }
             Details::Refuted(problem) => write!(f, "the checker rejects this run: {problem}"),

@@ -117,11 +117,16 @@ impl Error {
     }
 
     /// An action that the model forbids, chosen at `time` [s] for the robot of that name.
-    pub fn illegal_action(time: f64, robot: impl Into<String>, problem: impl Into<String>) -> Self {
+    pub fn illegal_action(
+        (time, robot): (f64, &str),
+        problem: impl Into<String>,
+        cure: impl Into<String>,
+    ) -> Self {
         Self::of(Details::IllegalAction {
             time,
             robot: robot.into(),
             problem: problem.into(),
+            cure: cure.into(),
         })
     }
 
@@ -174,6 +179,15 @@ impl Error {
                 problem.clone()
             }
             _ => self.to_string(),
+        }
+    }
+
+    /// What to do about it, without the rest of the message; empty if the message does not say it in words
+    /// of its own.
+    pub fn cure(&self) -> &str {
+        match &self.0.details {
+            Details::Described { cure, .. } | Details::IllegalAction { cure, .. } => cure,
+            _ => "",
         }
     }
 
@@ -323,7 +337,7 @@ mod tests {
         assert!(error.source().unwrap().is::<io::Error>());
         for error in [
             error,
-            Error::illegal_action(1.0, "r1", "a"),
+            Error::illegal_action((1.0, "r1"), "a", "b"),
             Error::refuted("a"),
             Error::interrupted(),
             Error::internal("a"),

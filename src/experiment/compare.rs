@@ -48,7 +48,8 @@ pub fn compare_methods(
             }
             let scene = draws.scene(*seed, pattern, station);
             let scene = scene.map_err(|error| error.inside(&case.name))?;
-            let runs = methods.iter().map(|method| method.run(&scene)).collect();
+            let runs = methods.iter().map(|method| method.run(&scene, environment));
+            let runs = runs.collect();
             environment.progress.advance(1);
             runs
         };

@@ -3,8 +3,9 @@
 use crate::decision::{Figures, Outcome};
 use crate::dispatch::{RULES, RuleAssignment};
 use crate::error::{Error, Result};
+use crate::optimize::Environment;
 use crate::purity::{BinContents, bin_contents};
-use crate::sim::{AssignmentTree, ClassRun, Scene, class_runs, simulate, simulate_rules};
+use crate::sim::{AssignmentTree, ClassRun, Scene, class_runs, simulate_rules, simulate_while};
 use crate::strategies::{Blueprint, POLICY};
 use crate::throughput::{SteadyState, Unsteady, steady_state};
 
@@ -109,8 +110,8 @@ impl Method {
     /// Runs the method on `scene`.
     ///
     /// # Errors
-    /// The strategy acts illegally.
-    pub fn run(&self, scene: &Scene) -> Result<MethodRun> {
+    /// The strategy acts illegally, or [`Interrupted`](crate::error::ErrorKind::Interrupted).
+    pub fn run(&self, scene: &Scene, environment: &Environment) -> Result<MethodRun> {
         match self {
             Self::Robust(rules) => Ok(MethodRun::of(scene, &simulate_rules(scene, rules)?, None)),
             Self::Greedy(tree) => {
@@ -135,7 +136,8 @@ impl Method {
                 })
             }
             Self::Strategy(blueprint) => {
-                let outcome = simulate(scene, blueprint.make().as_mut())?;
+                let go_on = || !environment.stopped();
+                let outcome = simulate_while(scene, blueprint.make().as_mut(), go_on)?;
                 Ok(MethodRun::of(scene, &outcome, None))
             }
         }

@@ -180,7 +180,7 @@ pub fn find_limits(
                 }
                 let seed = conditions.disturbances.seed.wrapping_add(place as u64);
                 let scene = Scene::under(&setting.station, pattern, conditions.with_seed(seed))?;
-                Ok(method.run(&scene)?.figures.complete())
+                Ok(method.run(&scene, environment)?.figures.complete())
             };
             let all: Result<Vec<bool>> = patterns.par_iter().enumerate().map(whole).collect();
             Ok(all?.into_iter().all(|whole| whole))

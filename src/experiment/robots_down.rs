@@ -136,7 +136,7 @@ fn run_all(
             if environment.stopped() {
                 return Err(Error::interrupted());
             }
-            method.run(&scene)
+            method.run(&scene, environment)
         });
         runs.collect()
     };

@@ -107,7 +107,8 @@ fn run_methods(
     let least = setting.min_detection.unwrap_or(conditions.min_detection);
     let conditions = conditions.with_min_detection(least);
     let scene = Scene::under(&setting.station, pattern, conditions)?;
-    let runs = setting.methods.iter().map(|method| method.run(&scene));
+    let methods = setting.methods.iter();
+    let runs = methods.map(|method| method.run(&scene, environment));
     let runs: Vec<MethodRun> = runs.collect::<Result<_>>()?;
     let picked = runs.iter().map(|run| run.figures.picked).max();
     let bound = bounded

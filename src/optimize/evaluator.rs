@@ -5,7 +5,7 @@ use super::objective::{Objective, Risk};
 use crate::dispatch::RuleAssignment;
 use crate::error::{Error, Result};
 use crate::pattern::{Pattern, random_stream};
-use crate::sim::{AssignmentTree, Conditions, Scene, check_offered, simulate};
+use crate::sim::{AssignmentTree, Conditions, Scene, check_offered, simulate_while};
 use crate::station::Station;
 use crate::stats;
 use crate::strategies::Blueprint;
@@ -267,10 +267,8 @@ impl<'a> Evaluator<'a> {
     pub fn score(&self, strategy: &Blueprint, environment: &Environment) -> Result<Option<Score>> {
         let on_pattern = |scene: &Scene| {
             let run = |scene: &Scene| {
-                if environment.stopped() {
-                    return Err(Error::interrupted());
-                }
-                Ok(simulate(scene, strategy.make().as_mut())?.figures)
+                let go_on = || !environment.stopped();
+                Ok(simulate_while(scene, strategy.make().as_mut(), go_on)?.figures)
             };
             let figures = run(scene)?;
             let value = match self.objective {

@@ -138,19 +138,19 @@ impl Item {
             ))
         } else if !amount(&self.area_cm2) {
             let value = shown_number(self.area_cm2.unwrap_or_default());
-            let cure = "give cm^2, 0 or more, or leave the field empty";
+            let cure = "give cm^2, 0 or more, or no value";
             Some(("area_cm2", format!("{value} is not a valid area"), cure))
         } else if !share(&self.p_detection) {
             let value = shown_number(self.p_detection.unwrap_or_default());
-            let cure = "give a number from 0 to 1, or leave the field empty";
+            let cure = "give a number from 0 to 1, or no value";
             Some(("p_detection", format!("{value} is not a probability"), cure))
         } else if !share(&self.p_grasp) {
             let value = shown_number(self.p_grasp.unwrap_or_default());
-            let cure = "give a number from 0 to 1, or leave the field empty";
+            let cure = "give a number from 0 to 1, or no value";
             Some(("p_grasp", format!("{value} is not a probability"), cure))
         } else if !amount(&self.weight) {
             let value = shown_number(self.weight.unwrap_or_default());
-            let cure = "give a number, 0 or more, or leave the field empty";
+            let cure = "give a number, 0 or more, or no value";
             Some(("weight", format!("{value} is not a valid weight"), cure))
         } else {
             None

@@ -98,4 +98,8 @@ impl Strategy for PolicyStrategy {
     fn trouble(&self) -> Option<String> {
         self.trouble.clone()
     }
+
+    fn remedy(&self) -> String {
+        "train this policy on stations and patterns like these and export it again".into()
+    }
 }

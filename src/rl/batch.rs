@@ -135,11 +135,7 @@ impl<'a> Batch<'a> {
         {
             environment.check_action(*action).map_err(|error| {
                 let place = format!("environment {}", self.first + index);
-                Error::usage(
-                    place,
-                    error.problem(),
-                    "choose an action that the mask allows",
-                )
+                Error::usage(place, error.problem(), error.cure())
             })?;
         }
         Ok(())

@@ -3,7 +3,7 @@
 use super::reward::Reward;
 use crate::decision::observation::{Encoder, Layout};
 use crate::decision::{Action, Figures, Strategy, answer};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::sim::{Run, Scene};
 
 /// One episode of a strategy, with a row for each decision whose answer is an action of the
@@ -31,15 +31,15 @@ pub struct Demonstration {
 }
 
 impl Demonstration {
-    /// Plays `strategy` on `scene` to the end.
+    /// Plays `strategy` on `scene` to the end, and looks before every decision whether to `go_on`.
     ///
     /// # Errors
-    /// The strategy acts illegally.
+    /// The strategy acts illegally, or [`Interrupted`](crate::error::ErrorKind::Interrupted).
     pub fn play(
         scene: &Scene,
         strategy: &mut dyn Strategy,
-        layout: Layout,
-        reward: Reward,
+        (layout, reward): (Layout, Reward),
+        go_on: impl Fn() -> bool,
     ) -> Result<Self> {
         let mut encoder = Encoder::new(layout);
         let mut observation = vec![0.0; layout.observation()];
@@ -49,6 +49,9 @@ impl Demonstration {
         let (mut left_out, mut before) = (0, 0.0);
         let mut run = Run::new(scene);
         while let Some(snapshot) = run.next_decision() {
+            if !go_on() {
+                return Err(Error::interrupted());
+            }
             let chosen = answer(strategy, &snapshot)?;
             encoder.encode(&snapshot, &mut observation, &mut mask);
             let index = encoder.index_of(chosen);
@@ -135,8 +138,13 @@ mod tests {
         let rules: RuleAssignment = "SPT,FIFO".parse().unwrap();
         let layout = Layout::new(View::Full, 16, false).unwrap();
         let mut strategy = read_alone("SPT,FIFO", 2).unwrap().make();
-        let shown =
-            Demonstration::play(&scenes[0], strategy.as_mut(), layout, Reward::PAPER).unwrap();
+        let shown = Demonstration::play(
+            &scenes[0],
+            strategy.as_mut(),
+            (layout, Reward::PAPER),
+            || true,
+        )
+        .unwrap();
         assert_eq!(
             shown.figures,
             simulate_rules(&scenes[0], &rules).unwrap().figures
@@ -179,7 +187,8 @@ mod tests {
             for (slots, wait) in [(2, false), (2, true), (256, false), (256, true)] {
                 let make = || Hesitant { waits, takes_last };
                 let layout = Layout::new(View::Full, slots, wait).unwrap();
-                let shown = Demonstration::play(&scene, &mut make(), layout, all).unwrap();
+                let shown =
+                    Demonstration::play(&scene, &mut make(), (layout, all), || true).unwrap();
                 let outcome = simulate(&scene, &mut make()).unwrap();
                 let case = format!("{waits} {takes_last} {slots} {wait}");
                 assert_eq!(shown.figures, outcome.figures, "{case}");

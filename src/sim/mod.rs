@@ -27,7 +27,7 @@ pub use cascade::Cascade;
 pub use class_run::{ClassRun, class_runs};
 pub use conditions::Conditions;
 pub use disturbances::Disturbances;
-pub use event_loop::{simulate, simulate_observed, simulate_rules};
+pub use event_loop::{simulate, simulate_observed, simulate_rules, simulate_while};
 pub use outages::{Outage, RandomOutages};
 pub use run::Run;
 pub use scene::Scene;

@@ -191,7 +191,8 @@ impl<'a> Run<'a> {
         let (robot, time) = state.at;
         let illegal = |problem: String| {
             let robot = &self.scene.station().robots()[robot];
-            Err(Error::illegal_action(time, &robot.name, problem))
+            let cure = "pick a candidate of the decision that is due, or wait until later";
+            Err(Error::illegal_action((time, &robot.name), problem, cure))
         };
         if !state.undecided {
             return illegal("no decision is due".into());
@@ -260,14 +261,33 @@ impl<'a> Run<'a> {
     /// # Errors
     /// If the strategy is for another number of robots, or takes an action that the model forbids.
     pub fn play(&mut self, strategy: &mut dyn Strategy) -> Result<()> {
-        strategy.check_station(self.scene.station())?;
-        self.play_on(strategy)
+        self.play_while(strategy, || true)
     }
 
-    /// Like [`Run::play`], also for a strategy that leaves the last robots idle.
-    pub(super) fn play_on(&mut self, strategy: &mut dyn Strategy) -> Result<()> {
+    /// Like [`Run::play`], but looks before every decision whether to `go_on`.
+    ///
+    /// # Errors
+    /// See [`Run::play`]; [`Interrupted`](crate::error::ErrorKind::Interrupted) if it is not to go on.
+    pub(super) fn play_while(
+        &mut self,
+        strategy: &mut dyn Strategy,
+        go_on: impl Fn() -> bool,
+    ) -> Result<()> {
+        strategy.check_station(self.scene.station())?;
+        self.play_on(strategy, go_on)
+    }
+
+    /// Like [`Run::play_while`], also for a strategy that leaves the last robots idle.
+    pub(super) fn play_on(
+        &mut self,
+        strategy: &mut dyn Strategy,
+        go_on: impl Fn() -> bool,
+    ) -> Result<()> {
         self.look(strategy.needs_view());
         while let Some(snapshot) = self.next_decision() {
+            if !go_on() {
+                return Err(Error::interrupted());
+            }
             let action = answer(strategy, &snapshot)?;
             self.take(action)?;
         }

@@ -135,7 +135,7 @@ impl AssignmentTree {
                 }
                 run.reset();
                 // Robots beyond the end of the assignment stay idle.
-                run.play_on(&mut RuleStrategy(assignment.clone()))?;
+                run.play_on(&mut RuleStrategy(assignment.clone()), || true)?;
                 let each = run.robots().iter().map(|robot| robot.picked);
                 picks.iter_mut().zip(each).for_each(|(to, n)| *to = n);
                 visit(place, run.figures(), &picks);

@@ -4,8 +4,8 @@
 use super::blueprint::policy_distance;
 use super::notes::{Note, condition_notes, detection_notes};
 use super::options::{MethodSettings, StudyOptions};
-use super::robust::{LineSearch, RobustTraining};
-use super::tuning::{RIVAL, TunedRival, tune};
+use super::robust::LineSearch;
+use super::tuning::{RIVAL, tune};
 use crate::error::{Error, Result, known_names, shown};
 use crate::experiment::{Case, Comparison, Draws, Method, add_bounds, compare_methods};
 use crate::optimize::Environment;
@@ -28,7 +28,6 @@ pub struct CompareSettings {
     methods: MethodSettings,
     replicates: usize,
     policy: bool,
-    tune: bool,
     reference: String,
 }
 
@@ -41,7 +40,6 @@ impl Default for CompareSettings {
             },
             replicates: 100,
             policy: true,
-            tune: false,
             reference: "robust_gt".into(),
         }
     }
@@ -67,14 +65,6 @@ impl CompareOptions {
     #[must_use]
     pub fn with_policy(mut self, policy: bool) -> Self {
         self.own.policy = policy;
-        self
-    }
-
-    /// With the best of what line software ships, tuned on training patterns, or without it. Its name is
-    /// `rival`.
-    #[must_use]
-    pub fn with_tune(mut self, tune: bool) -> Self {
-        self.own.tune = tune;
         self
     }
 
@@ -178,7 +168,7 @@ impl<'a> CompareStudy<'a> {
 
     /// Number of methods, robust GT included.
     pub fn methods(&self) -> usize {
-        let tuned = usize::from(self.options.own.tune);
+        let tuned = usize::from(self.options.own.methods.tune);
         1 + usize::from(self.greedy) + self.strategies.len() + tuned
     }
 
@@ -190,7 +180,9 @@ impl<'a> CompareStudy<'a> {
     /// The built-in policy, the strategy of the station file and the others, in this order.
     fn choose_strategies(&mut self) -> Result<()> {
         let own = &self.options.own;
-        let (strategies, note) = own.methods.strategies(&self.options.strategies);
+        let (strategies, note) = own
+            .methods
+            .strategies(&self.options.strategies, self.station.robots().len())?;
         self.strategies = strategies;
         self.notes.extend(note);
         // The paper's third column, unless another policy replaces it or the line is far from
@@ -257,7 +249,7 @@ impl<'a> CompareStudy<'a> {
         let mut ids = vec!["robust_gt"];
         ids.extend(self.greedy.then_some("greedy_gt"));
         ids.extend(self.strategies.iter().map(|strategy| strategy.text()));
-        ids.extend(self.options.own.tune.then_some(RIVAL));
+        ids.extend(self.options.own.methods.tune.then_some(RIVAL));
         let reference = &self.options.own.reference;
         ids.iter().position(|id| id == reference).ok_or_else(|| {
             Error::usage(
@@ -326,30 +318,14 @@ impl<'a> CompareStudy<'a> {
             notes.extend(distance.map(|distance| Note::Distance(distance.to_string())));
             methods.push(Method::Strategy(blueprint));
         }
-        if options.own.tune {
-            let rival = self.tune_rival(&line, environment)?;
+        if options.own.methods.tune {
+            let training = &options.own.methods.training;
+            let set = line.rival_training(training, |items| line.like_cases(self.cases, items))?;
+            let rival = tune(station, &set, line.conditions(), environment)?;
             notes.push(Note::Rival(rival.remark));
             methods.push(Method::Strategy(rival.blueprint));
         }
         methods[..=self.reference].rotate_right(1);
         Ok((methods, notes))
-    }
-
-    /// The best of what line software ships, on the patterns that robust GT is found on, or on some like
-    /// the cases.
-    fn tune_rival(&self, line: &LineSearch, environment: &Environment) -> Result<TunedRival> {
-        let like_cases = |items| line.like_cases(self.cases, items);
-        let (set, seen) = match &self.options.own.methods.training {
-            RobustTraining::On(set) => (set.clone(), false),
-            RobustTraining::LikeScored { items } | RobustTraining::Paper { items } => {
-                let training = like_cases(*items)?;
-                (training.set, training.seen)
-            }
-            RobustTraining::Given(_) => {
-                let training = like_cases(None)?;
-                (training.set, training.seen)
-            }
-        };
-        tune(self.station, (&set, seen), line.conditions(), environment)
     }
 }

@@ -88,7 +88,9 @@ pub fn demonstrate(
         let scene = Scene::under(station, pattern, options.conditions.of_place(place));
         let scene = scene.map_err(inside)?;
         let mut strategy = made.make();
-        let played = Demonstration::play(&scene, strategy.as_mut(), options.layout, options.reward);
+        let rules = (options.layout, options.reward);
+        let go_on = || !environment.stopped();
+        let played = Demonstration::play(&scene, strategy.as_mut(), rules, go_on);
         let played = played.map_err(inside)?;
         if played.actions.is_empty() {
             let problem = if played.left_out == 0 {

@@ -3,7 +3,7 @@
 
 use super::blueprint::policy_distance;
 use super::notes::{Note, set_notes};
-use super::options::StudyOptions;
+use super::options::{StudyOptions, check_distinct};
 use super::patterns::{ScoredPatterns, ScoredSet, independent_events, with_draws};
 use crate::error::Result;
 use crate::optimize::{
@@ -195,6 +195,7 @@ impl<'a> OptimizeStudy<'a> {
         };
         set.source.check_fresh(&set.recipe, fresh)?;
         let robots = station.robots().len();
+        check_distinct(&options.strategies, robots)?;
         let strategies = options.strategies.iter();
         let strategies = strategies.map(|strategy| {
             strategy.check_on(station)?;

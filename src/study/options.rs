@@ -2,6 +2,7 @@
 
 use super::notes::Note;
 use super::robust::RobustTraining;
+use crate::error::{Error, Result, shown};
 use crate::sim::Conditions;
 use crate::strategies::StrategySpec;
 use std::sync::Arc;
@@ -72,6 +73,7 @@ pub struct MethodSettings {
     pub(super) station_strategy: Option<Arc<StrategySpec>>,
     pub(super) training: RobustTraining,
     pub(super) greedy: bool,
+    pub(super) tune: bool,
 }
 
 impl<S: AsMut<MethodSettings>> StudyOptions<S> {
@@ -98,18 +100,64 @@ impl<S: AsMut<MethodSettings>> StudyOptions<S> {
         self.own.as_mut().greedy = greedy;
         self
     }
+
+    /// With the best of what line software ships, tuned on training patterns, or without it. Its name is
+    /// `rival`.
+    #[must_use]
+    pub fn with_tune(mut self, tune: bool) -> Self {
+        self.own.as_mut().tune = tune;
+        self
+    }
 }
 
 impl MethodSettings {
-    /// The strategy of the station file, unless it is one of `given`, and those; with a note if
-    /// it was added.
+    /// The strategy of the station file, unless it is one of `given`, and those, for a line of `robots`
+    /// robots; with a note if it was added.
+    ///
+    /// # Errors
+    /// As for [`check_distinct`].
     pub(super) fn strategies(
         &self,
         given: &[Arc<StrategySpec>],
-    ) -> (Vec<Arc<StrategySpec>>, Option<Note>) {
+        robots: usize,
+    ) -> Result<(Vec<Arc<StrategySpec>>, Option<Note>)> {
+        check_distinct(given, robots)?;
         let saved = self.station_strategy.as_ref();
         let saved = saved.filter(|saved| given.iter().all(|s| s.text() != saved.text()));
         let note = saved.map(|saved| Note::StationStrategy(saved.text().to_owned()));
-        (saved.into_iter().chain(given).cloned().collect(), note)
+        Ok((saved.into_iter().chain(given).cloned().collect(), note))
     }
+}
+
+/// The names of the methods that studies bring, which no strategy may have.
+const TAKEN: [&str; 3] = ["robust_gt", "greedy_gt", "rival"];
+
+/// Checks that no two strategies on a line of `robots` robots would have the same name in results, nor one
+/// the name of another method.
+///
+/// # Errors
+/// [`Usage`](crate::error::ErrorKind::Usage): one is given twice, or has such a name; and as for
+/// [`StrategySpec::alone`].
+pub(super) fn check_distinct(given: &[Arc<StrategySpec>], robots: usize) -> Result<()> {
+    let mut names: Vec<String> = Vec::with_capacity(given.len());
+    for strategy in given {
+        let name = strategy.alone(robots)?.name().to_owned();
+        let wrong = |problem: &str, cure: &str| {
+            let text = shown(strategy.text());
+            Err(Error::usage(
+                "'strategy'",
+                format!("`{text}` {problem}"),
+                cure,
+            ))
+        };
+        if TAKEN.contains(&name.as_str()) {
+            return wrong("is the name of another method", "give it another name");
+        }
+        if names.contains(&name) {
+            let cure = "give each strategy once, and different ones of your own different names";
+            return wrong("is given twice", cure);
+        }
+        names.push(name);
+    }
+    Ok(())
 }

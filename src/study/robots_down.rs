@@ -6,6 +6,7 @@ use super::options::{MethodSettings, StudyOptions};
 use super::patterns::ScoredPatterns;
 use super::robust::{LineSearch, RobustTraining};
 use super::sweep_options::DEFAULT_GRID;
+use super::tuning::tune;
 use super::values::{self, LineAt};
 use crate::error::Result;
 use crate::experiment::{Method, RobotsDown, halt_each_robot};
@@ -96,7 +97,10 @@ impl<'a> RobotsDownStudy<'a> {
     pub fn new(station: &'a Station, options: &'a RobotsDownOptions) -> Result<Self> {
         options.conditions.check_on(station)?;
         let robots = station.robots().len();
-        let (strategies, note) = options.own.methods.strategies(&options.strategies);
+        let (strategies, note) = options
+            .own
+            .methods
+            .strategies(&options.strategies, robots)?;
         for strategy in &strategies {
             strategy.check_on(station)?;
         }
@@ -182,6 +186,14 @@ impl<'a> RobotsDownStudy<'a> {
             let distance = policy_distance(&blueprint, station);
             notes.extend(distance.map(|distance| Note::Distance(distance.to_string())));
             methods.push(Method::Strategy(blueprint));
+        }
+        if settings.tune {
+            let set = trained.rival_training(&settings.training, |items| {
+                trained.like(&self.source, items, &self.recipe)
+            })?;
+            let rival = tune(station, &set, trained.conditions(), environment)?;
+            notes.push(Note::Rival(rival.remark));
+            methods.push(Method::Strategy(rival.blueprint));
         }
         Ok((methods, notes))
     }

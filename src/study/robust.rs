@@ -273,6 +273,28 @@ impl<'a> LineSearch<'a> {
         }
     }
 
+    /// The patterns on which what line software ships is tuned: those of robust GT if a set is named,
+    /// otherwise what `like_scored` makes.
+    ///
+    /// # Errors
+    /// As for `like_scored`.
+    pub(super) fn rival_training(
+        &self,
+        training: &RobustTraining,
+        like_scored: impl FnOnce(Option<usize>) -> Result<TrainingSet>,
+    ) -> Result<TrainingSet> {
+        match training {
+            RobustTraining::On(set) => Ok(TrainingSet {
+                set: set.clone(),
+                seen: false,
+            }),
+            RobustTraining::LikeScored { items } | RobustTraining::Paper { items } => {
+                like_scored(*items)
+            }
+            RobustTraining::Given(_) => like_scored(None),
+        }
+    }
+
     /// The assignment that is best on a named set.
     fn best_on(
         &self,

@@ -152,7 +152,7 @@ impl<'a> SimulateStudy<'a> {
     ///
     /// # Errors
     /// An illegal action, [`Refuted`](crate::error::ErrorKind::Refuted) by the checker, or
-    /// [`Interrupted`](crate::error::ErrorKind::Interrupted) before the bound is found.
+    /// [`Interrupted`](crate::error::ErrorKind::Interrupted) before the run and its bound are complete.
     pub fn run(
         &self,
         blueprint: &Blueprint,
@@ -163,7 +163,9 @@ impl<'a> SimulateStudy<'a> {
         let mut strategy = blueprint.make();
         let mut trace = options.trace.then(|| Trace::new(station, pattern));
         let observer = trace.as_mut().map(|trace| trace as &mut dyn Observer);
-        let outcome = simulate_observed(scene, strategy.as_mut(), observer)?;
+        let outcome = simulate_observed(scene, strategy.as_mut(), observer, || {
+            !environment.stopped()
+        })?;
         if options.check {
             checker::check(station, pattern, &outcome)?;
         }

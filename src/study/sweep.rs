@@ -7,6 +7,7 @@ use super::part::PartProgress;
 use super::patterns::with_detection_draws;
 use super::robust::{LineSearch, RobustGt, RobustTraining};
 use super::sweep_options::{DEFAULT_GRID, SweepOptions};
+use super::tuning::{RIVAL, TunedRival, tune};
 use super::values::{self, LineAt};
 use crate::error::{Error, Result, shown};
 use crate::experiment::{
@@ -75,15 +76,26 @@ impl<'a> SweepStudy<'a> {
             conditions.check_on(station)?;
         }
         let mut lines = values::lines(&options.own.values, station)?;
-        let (strategies, note) = options.own.methods.strategies(&options.strategies);
+        let mut chosen = None;
         for line in &lines {
             check_robots(options, line)?;
             let robots = line.station.robots().len();
-            for strategy in &strategies {
+            let (strategies, _) = match &chosen {
+                Some(chosen) => chosen,
+                // Names do not depend on the number of robots.
+                None => chosen.insert(
+                    options
+                        .own
+                        .methods
+                        .strategies(&options.strategies, robots)?,
+                ),
+            };
+            for strategy in strategies {
                 strategy.check_on(&line.station)?;
             }
             options.own.methods.training.check(robots)?;
         }
+        let (strategies, note) = chosen.unwrap_or_default();
         // A different seed from the training set's.
         let seed = options.seed.wrapping_add(1);
         let usual = DEFAULT_GRID.1;
@@ -162,7 +174,7 @@ impl<'a> SweepStudy<'a> {
             }
             _ => self.settings(&self.lines, environment)?,
         };
-        let mut notes: Vec<Note> = trained.into_iter().collect();
+        let mut notes = trained;
         notes.extend(self.notes.iter().cloned());
         notes.extend(distances(&settings));
         let sweep = sweep_settings(
@@ -247,13 +259,13 @@ impl<'a> SweepStudy<'a> {
         LineSearch::new(station, self.options.seed, update_hz, environment)
     }
 
-    /// The methods on every line, and a note on where robust GT comes from; it is found for
-    /// each line separately.
+    /// The methods on every line, and notes on where robust GT and the rival come from; they are found
+    /// for each line separately.
     fn settings(
         &self,
         lines: &[LineAt],
         environment: &Environment,
-    ) -> Result<(Vec<Setting>, Option<Note>)> {
+    ) -> Result<(Vec<Setting>, Vec<Note>)> {
         let axis = self.options.own.values.axis;
         let scope = match (&self.options.own.methods.training, axis) {
             (RobustTraining::Given(_), _) => None,
@@ -263,6 +275,7 @@ impl<'a> SweepStudy<'a> {
         };
         let mut settings = Vec::with_capacity(lines.len());
         let mut note = None;
+        let mut rivals = Vec::new();
         for (place, line) in lines.iter().enumerate() {
             let (value, count) = (line.value, lines.len());
             let within = PartProgress {
@@ -274,7 +287,12 @@ impl<'a> SweepStudy<'a> {
                 ..*environment
             };
             let robust = self.robust(line, &environment)?;
-            let methods = self.methods(&line.station, &robust, &environment)?;
+            let mut methods = self.methods(&line.station, &robust, &environment)?;
+            if self.options.own.methods.tune {
+                let rival = self.rival(line, &environment)?;
+                methods.push(Method::Strategy(rival.blueprint.clone()));
+                rivals.push((value, rival));
+            }
             note = Some(Note::Robust(RobustNote {
                 basis: robust.basis,
                 scope,
@@ -286,7 +304,20 @@ impl<'a> SweepStudy<'a> {
                 methods,
             });
         }
-        Ok((settings, note))
+        let notes = note.into_iter().chain(rival_note(axis, &rivals));
+        Ok((settings, notes.collect()))
+    }
+
+    /// The best of what line software ships on one line.
+    fn rival(&self, line: &LineAt, environment: &Environment) -> Result<TunedRival> {
+        let least = line.min_detection.unwrap_or(self.conditions.min_detection);
+        let conditions = self.conditions.clone().with_min_detection(least);
+        let search = self.search(&line.station, environment).under(&conditions);
+        let training = &self.options.own.methods.training;
+        let set = search.rival_training(training, |items| {
+            search.like(&self.source, items, &self.recipe)
+        })?;
+        tune(&line.station, &set, search.conditions(), environment)
     }
 
     /// The methods on one line.
@@ -307,6 +338,26 @@ impl<'a> SweepStudy<'a> {
         }
         Ok(methods)
     }
+}
+
+/// What the rival is at each value; of a single line, also how it compares with the others.
+fn rival_note(axis: Axis, rivals: &[(f64, TunedRival)]) -> Option<Note> {
+    let text = match rivals {
+        [] => return None,
+        [(_, rival)] => rival.remark.clone(),
+        rivals => {
+            let each = rivals.iter();
+            let each: Vec<String> = each
+                .map(|(at, rival)| format!("{at} {}", rival.text))
+                .collect();
+            format!(
+                "{RIVAL} is the best of what line software ships, tuned for every value of {}: {}",
+                axis.name(),
+                each.join(", ")
+            )
+        }
+    };
+    Some(Note::Rival(text))
 }
 
 /// Checks that the line at a value has the robots that are down.

@@ -3,8 +3,8 @@
 use crate::dispatch::Rule;
 use crate::error::{Error, Result, counted};
 use crate::optimize::Environment;
-use crate::pattern::PatternSet;
-use crate::sim::{Conditions, Scene, simulate};
+use crate::pattern::TrainingSet;
+use crate::sim::{Conditions, Scene, simulate_while};
 use crate::station::{Belt, Station};
 use crate::strategies::{Blueprint, read_alone};
 use rayon::prelude::*;
@@ -27,6 +27,8 @@ const STEPS: [u32; 3] = [4, 2, 1];
 pub(super) struct TunedRival {
     /// The strategy, called [`RIVAL`].
     pub blueprint: Blueprint,
+    /// How it is written, with its parameters.
+    pub text: String,
     /// What it is, and how it compares with the others on the training patterns.
     pub remark: String,
 }
@@ -174,10 +176,8 @@ impl Trials<'_> {
         let text = setting.text(self.station.belt());
         let blueprint = read_alone(&text, self.station.robots().len())?;
         let run = |scene: &Scene| {
-            if self.environment.stopped() {
-                return Err(Error::interrupted());
-            }
-            Ok(simulate(scene, blueprint.make().as_mut())?.figures)
+            let go_on = || !self.environment.stopped();
+            Ok(simulate_while(scene, blueprint.make().as_mut(), go_on)?.figures)
         };
         let figures: Result<Vec<_>> = self.scenes.par_iter().map(run).collect();
         let figures = figures?;
@@ -226,15 +226,14 @@ impl Trials<'_> {
     }
 }
 
-/// The strategy of line software that picks the most on patterns of `set`, under `conditions`; `seen` if
-/// the same patterns are scored.
+/// The strategy of line software that picks the most on patterns of a training set, under `conditions`.
 ///
 /// # Errors
 /// A pattern that does not fit on the belt, or
 /// [`Interrupted`](crate::error::ErrorKind::Interrupted).
 pub(super) fn tune(
     station: &Station,
-    (set, seen): (&PatternSet, bool),
+    TrainingSet { set, seen }: &TrainingSet,
     conditions: &Conditions,
     environment: &Environment,
 ) -> Result<TunedRival> {
@@ -264,7 +263,11 @@ pub(super) fn tune(
     for (setting, score) in &found {
         let blueprint = read_alone(&setting.text(station.belt()), robots)?;
         let share = 100.0 * score.picked as f64 / items.max(1) as f64;
-        lines.push(format!("{} {share:.1} %", blueprint.name()));
+        let line = format!("{} {share:.1} %", blueprint.name());
+        // On a line of one robot, FIFO for all is a rule for all.
+        if !lines.contains(&line) {
+            lines.push(line);
+        }
         best.get_or_insert(blueprint);
     }
     // There is always FIFO for all.
@@ -273,13 +276,14 @@ pub(super) fn tune(
         "{RIVAL} is {}, the best of what line software ships on {}{}; picked there: {}",
         best.name(),
         counted(trials.scenes.len(), "training pattern"),
-        match seen {
+        match *seen {
             true => ", which are the very patterns used here and favour it",
             false => "",
         },
         lines.join(", ")
     );
     Ok(TunedRival {
+        text: best.name().to_owned(),
         blueprint: best.called(RIVAL),
         remark,
     })
@@ -289,10 +293,11 @@ pub(super) fn tune(
 mod tests {
     use super::*;
     use crate::pattern::{PatternSource, Recipe};
+    use crate::sim::simulate;
     use crate::station::built_in;
     use crate::strategies::parse;
 
-    fn line() -> (Station, PatternSet) {
+    fn line() -> (Station, TrainingSet) {
         let station = built_in("paper").unwrap().station(Some(3)).unwrap();
         let recipe = Recipe {
             belt: *station.belt(),
@@ -302,7 +307,7 @@ mod tests {
             seed: 3,
         };
         let set = PatternSource::Balanced(2).build(&recipe).unwrap();
-        (station, set)
+        (station, TrainingSet { set, seen: false })
     }
 
     /// Weight is moved, not made; intervals and borders stay valid; everything can be written.
@@ -341,15 +346,15 @@ mod tests {
         let (station, set) = line();
         let conditions = Conditions::default();
         let environment = Environment::QUIET;
-        let rival = tune(&station, (&set, false), &conditions, &environment).unwrap();
-        let again = tune(&station, (&set, false), &conditions, &environment).unwrap();
+        let rival = tune(&station, &set, &conditions, &environment).unwrap();
+        let again = tune(&station, &set, &conditions, &environment).unwrap();
         assert_eq!(rival.remark, again.remark);
         assert_eq!(rival.blueprint.name(), RIVAL);
         let name = rival.blueprint.make().name();
         let begins = format!("rival is {name}, the best of what line software ships on 4 training");
         assert!(rival.remark.starts_with(&begins), "{}", rival.remark);
 
-        let patterns = set.patterns.iter();
+        let patterns = set.set.patterns.iter();
         let trials = Trials {
             station: &station,
             scenes: patterns.map(|p| Scene::new(&station, p).unwrap()).collect(),

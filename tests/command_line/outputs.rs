@@ -25,6 +25,10 @@ fn verbs() -> Vec<Verb<'static>> {
             &[("--out", "bound.json"), ("--out", "prices.csv")],
         ),
         (
+            words("benchmark -q --dir in/b --strategy rules:FIFO"),
+            &[("--out", "benchmark.json"), ("--out", "runs.csv")],
+        ),
+        (
             words("optimize -q --station in/s.toml --patterns in/p.csv --no-bound"),
             &[
                 ("--html", "o.html"),
@@ -84,7 +88,9 @@ impl Place {
         let place = Self {
             folder: tempfile::tempdir().unwrap(),
         };
-        std::fs::create_dir(place.at("in")).unwrap();
+        for folder in ["in/b/stations", "in/b/patterns"] {
+            std::fs::create_dir_all(place.at(folder)).unwrap();
+        }
         for (name, content) in [
             ("in/s.toml", text(&["station", "show"])),
             (
@@ -95,6 +101,9 @@ impl Place {
                 "in/c.toml",
                 "[[case]]\nname = \"a\"\npattern = \"p.csv\"\n".into(),
             ),
+            ("in/b/instances.csv", "name\na\n".into()),
+            ("in/b/stations/a.toml", text(&["station", "show"])),
+            ("in/b/patterns/a.csv", "id,x,y\na,0,0\n".into()),
             ("in/t.txt", "1,1,0,0,10,10,0.9\n2,1,10,0,10,10,0.9\n".into()),
         ] {
             std::fs::write(place.at(name), content).unwrap();

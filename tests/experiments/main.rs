@@ -5,6 +5,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod benchmark;
 mod class_columns;
 mod compare;
 mod compare_columns;

@@ -69,7 +69,7 @@ fn the_docs_show_what_the_policies_of_both_trainers_gain() {
 fn the_first_runs_of_the_long_comparisons_are_made_again() {
     let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
     let mut compared = 0;
-    for part in ["real-lines", "failures"] {
+    for part in ["real-lines", "failures", "single-arm"] {
         for folder in std::fs::read_dir(root.join("results").join(part)).unwrap() {
             let folder = folder.unwrap().path();
             if folder.is_dir() {
@@ -78,8 +78,26 @@ fn the_first_runs_of_the_long_comparisons_are_made_again() {
         }
     }
     // Six lines and their constant-speed models, one case each, with three or four methods; four
-    // stations and two probabilities, with two cases and four methods.
-    assert_eq!(compared, 6 * (4 + 3) + 8 * 2 * 4);
+    // stations and two probabilities, with two cases and four methods; two arms with four cases and
+    // four methods.
+    assert_eq!(compared, 6 * (4 + 3) + 8 * 2 * 4 + 2 * 4 * 4);
+}
+
+/// The table of single arms in docs/lookahead.md is what its command prints.
+#[test]
+fn the_table_of_single_arms_is_that_of_its_script() {
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let called = Command::new("python3")
+        .arg("results/single-arm/table.py")
+        .current_dir(root)
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&called.stderr);
+    assert!(called.status.success(), "{said}");
+    let table = String::from_utf8(called.stdout).unwrap();
+    assert_eq!(table.lines().count(), 2 + 2 * 4);
+    let docs = std::fs::read_to_string(root.join("docs/lookahead.md")).unwrap();
+    assert!(docs.contains(&table), "docs/lookahead.md lacks {table}");
 }
 
 /// Runs the comparison of `folder` again, with one pattern for each case; returns the number of runs

@@ -1,5 +1,7 @@
 """Solves small lines to proven optimality with two foreign solvers, from the model's formulas written anew,
 and says how much of the gap between look-ahead and the certified bound is the plans' and how much the bound's.
+Then it confirms the best known solutions and the bounds of the benchmark's instances of 20 items
+(patterns/benchmark/) whose arms have one bin.
 
 usage: exact.py PICKLINE [--slot S] [--seconds S] [--all]
 
@@ -39,6 +41,11 @@ MANY = FEW + [
     ("paper-narrow", 2, 0.1, 0.1, 40, 7),
     ("delta", 3, 0.8, 0.06, 40, 8),
 ]
+
+
+BENCHMARK = Path(__file__).parents[2] / "patterns" / "benchmark"
+# Instances of the benchmark that are confirmed without --all.
+FEW_OF_BENCHMARK = 3
 
 
 @dataclass
@@ -147,6 +154,9 @@ def by_cp_sat(choices: Choices, seconds: float) -> tuple[int, int]:
     solver.parameters.max_time_in_seconds = seconds
     solver.parameters.num_workers = 2
     status = solver.solve(model)
+    if status == cp_model.UNKNOWN:
+        # Nothing in time, not even a bound.
+        return 0, len(takes)
     if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
         sys.exit(f"CP-SAT found nothing: {solver.status_name(status)}")
     return round(solver.objective_value), math.floor(solver.best_objective_bound + 1e-6)
@@ -199,7 +209,68 @@ def by_highs(choices: Choices, seconds: float) -> int:
     lp.a_matrix_.value_ = np.array([value for _, _, value in entries])
     highs.passModel(lp)
     highs.run()
-    return math.floor(-highs.getInfo().mip_dual_bound + 1e-6)
+    bound = -highs.getInfo().mip_dual_bound
+    # Without a bound in time, every item may be picked.
+    return math.floor(bound + 1e-6) if math.isfinite(bound) else len(item_rows)
+
+
+def rows(text: str) -> list[dict[str, str]]:
+    """The rows of a CSV text, without comments."""
+    shown = io.StringIO("".join(row for row in text.splitlines(True) if not row.startswith("#")))
+    return list(csv.DictReader(shown))
+
+
+def optimum(station: str, pattern: str, slot: float, seconds: float) -> tuple[int, int, int]:
+    """The most picks of a schedule that was found, what no schedule exceeds, and what it is by HiGHS alone, of
+    the texts of a station and of a pattern."""
+    known = tomllib.loads(station)
+    arms = [Arm(known["belt"], robot) for robot in known["robot"]]
+    places = [(float(row["x"]), float(row["y"])) for row in rows(pattern)]
+
+    def choices(optimistic: bool) -> Choices:
+        ways = {(r, i): arm.way(*at) for r, arm in enumerate(arms) for i, at in enumerate(places)}
+        return {
+            key: steps(arms[key[0]], way, slot, optimistic) for key, way in ways.items() if way is not None
+        }
+
+    relaxed = choices(optimistic=True)
+    _, at_most = by_cp_sat(relaxed, seconds)
+    whole = by_highs(relaxed, seconds)
+    at_least, _ = by_cp_sat(choices(optimistic=False), seconds)
+    return at_least, min(at_most, whole), whole
+
+
+def check(name: str, certified: int, at_least: int, at_most: int) -> None:
+    """Ends the program if a bound is below a schedule."""
+    for what, broken in [
+        ("the bound is below a schedule", certified < at_least),
+        ("a schedule is above what the solvers allow", at_least > at_most),
+    ]:
+        if broken:
+            sys.exit(f"{name}: {what}")
+
+
+def confirm_benchmark(seconds: float, slots: dict[str, float], few: bool) -> None:
+    """Confirms what is known of the benchmark's small instances."""
+    small = [row for row in rows((BENCHMARK / "instances.csv").read_text()) if row["items"] == "20"]
+    small = [row for row in small if not row["name"].startswith("sorting")]
+    if few:
+        # One of each station.
+        small = small[:: len(small) // FEW_OF_BENCHMARK][:FEW_OF_BENCHMARK]
+    print(f"\n{'instance of the benchmark':40} best known  optimum  HiGHS  bound")
+    proven = 0
+    for row in small:
+        name, picked, certified = row["name"], int(row["picked"]), int(row["picks_bound"])
+        station = (BENCHMARK / "stations" / f"{name}.toml").read_text()
+        pattern = (BENCHMARK / "patterns" / f"{name}.csv").read_text()
+        slot = slots["delta" if name.startswith("delta") else "paper"]
+        at_least, at_most, whole = optimum(station, pattern, slot, seconds)
+        check(name, certified, max(at_least, picked), at_most)
+        best = max(at_least, picked)
+        shown = f"{best}" if best == at_most else f"{best}..{at_most}"
+        print(f"{name:40} {picked:10} {shown:>8} {whole:6} {certified:6}", flush=True)
+        proven += picked == at_most
+    print(f"best known solutions that are proven optimal: {proven} of {len(small)}")
 
 
 def main() -> None:
@@ -209,6 +280,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=60, help="longest time for one solution [s]")
     parser.add_argument("--all", action="store_true", help="the larger lines as well")
     options = parser.parse_args()
+    slots = {"paper": options.slot, "delta": options.slot / 10}
 
     def call(*arguments: str) -> str:
         line = [options.pickline, *arguments]
@@ -222,44 +294,22 @@ def main() -> None:
             text = call("station", "show", *line)
             station_file, pattern_file = Path(folder, "station.toml"), Path(folder, "pattern.csv")
             station_file.write_text(text)
-            known = tomllib.loads(text)
             made = ["--radius", str(radius), "--count", str(items), "--seed", str(seed)]
             pattern = call("pattern", "generate", "poisson", "--quiet", *line, *made)
             pattern_file.write_text(pattern)
             run = ["--station", str(station_file), "--pattern", str(pattern_file), "--quiet", "--format", "json"]
             bound = json.loads(call("bound", *run))
             ahead = json.loads(call("simulate", "--strategy", "lookahead", "--no-bound", *run))["picked"]
-            arms = [Arm(known["belt"], robot) for robot in known["robot"]]
-            shown = io.StringIO("".join(r for r in pattern.splitlines(True) if not r.startswith("#")))
-            places = [(float(row["x"]), float(row["y"])) for row in csv.DictReader(shown)]
-            slot = options.slot if station != "delta" else options.slot / 10
-
-            def choices(optimistic: bool) -> Choices:
-                ways = {(r, i): arm.way(*at) for r, arm in enumerate(arms) for i, at in enumerate(places)}
-                return {
-                    key: steps(arms[key[0]], way, slot, optimistic)
-                    for key, way in ways.items()
-                    if way is not None
-                }
-
-            relaxed = choices(optimistic=True)
-            _, at_most = by_cp_sat(relaxed, options.seconds)
-            whole = by_highs(relaxed, options.seconds)
-            at_least, _ = by_cp_sat(choices(optimistic=False), options.seconds)
+            slot = slots["delta" if station == "delta" else "paper"]
+            at_least, at_most, whole = optimum(text, pattern, slot, options.seconds)
             certified = bound["picks_upper_bound"]
-            at_most = min(at_most, whole)
             # Rounded picks lose some schedules that the others have.
             own = bound["schedule"]["picked"] if bound["schedule"] else 0
             at_least = max(at_least, ahead, own)
             proven = f"{at_least}" if at_least == at_most else f"{at_least}..{at_most}"
             name = f"{station} {robots} robots {speed} m/s poisson {radius} {items} items #{seed}"
             print(f"{name:58} {ahead:10} {own:8} {proven:>8} {whole:6} {certified:6}", flush=True)
-            for what, broken in [
-                ("the bound is below a schedule", certified < at_least),
-                ("a schedule is above what the solvers allow", at_least > at_most),
-            ]:
-                if broken:
-                    sys.exit(f"{name}: {what}")
+            check(name, certified, at_least, at_most)
             if at_least == at_most:
                 for place, value in enumerate((ahead, at_least, certified)):
                     totals[place] += value
@@ -268,6 +318,7 @@ def main() -> None:
         f"where the optimum is proven: look-ahead {ahead}, optimum {best}, bound {certified}; the plans lack "
         f"{100 * (1 - ahead / best):.1f} %, the bound has {100 * (certified / best - 1):.1f} % too much"
     )
+    confirm_benchmark(options.seconds, slots, few=not options.all)
 
 
 main()

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Holds look-ahead and the bound to the optimum of small lines, as CP-SAT and HiGHS find it. With --all
+# Holds look-ahead, the bound and the benchmark to the optimum of small lines, as CP-SAT and HiGHS find it. With --all
 # larger lines as well, which take minutes.
 set -euo pipefail
 cd "$(dirname "$0")/../.."

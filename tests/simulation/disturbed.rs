@@ -176,7 +176,7 @@ proptest! {
         let idle = Scene::under(&station, &pattern, conditions.clone()).unwrap();
         whim.down = simulate(&idle, &mut Idle).unwrap().downtimes;
         let mut events = Events::default();
-        let outcome = simulate_observed(&scene, &mut whim, Some(&mut events)).unwrap();
+        let outcome = simulate_observed(&scene, &mut whim, Some(&mut events), || true).unwrap();
         checker::check(&station, &pattern, &outcome).unwrap();
         events.agree_with(&outcome, &station);
         let decider = Decider::Whim(&whim.choices);

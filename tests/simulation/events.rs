@@ -101,7 +101,7 @@ impl Observer for Diary {
 
 fn observed(scene: &Scene, strategy: &mut dyn Strategy) -> (Outcome, Vec<String>) {
     let mut diary = Diary::default();
-    let outcome = simulate_observed(scene, strategy, Some(&mut diary)).unwrap();
+    let outcome = simulate_observed(scene, strategy, Some(&mut diary), || true).unwrap();
     (outcome, diary.0)
 }
 
@@ -279,7 +279,7 @@ fn a_trace_has_a_line_for_every_event() {
         actions: actions.into_iter(),
     };
     let mut trace = Trace::new(&station, &pattern);
-    simulate_observed(&scene, &mut hesitant, Some(&mut trace)).unwrap();
+    simulate_observed(&scene, &mut hesitant, Some(&mut trace), || true).unwrap();
     // Leaving late, at 0.5 s, the robot meets `a` after 0.875 s.
     let expected = "\
         time_s,event,robot,item,candidates,until_s\n\
@@ -382,7 +382,7 @@ fn the_belt_is_shown_to_those_who_look() {
             let mut looks = Looks { needs, seen: 0 };
             let mut diary = Diary::default();
             let observer = watched.then_some(&mut diary as &mut dyn Observer);
-            simulate_observed(&scene, &mut looks, observer).unwrap();
+            simulate_observed(&scene, &mut looks, observer, || true).unwrap();
             assert_eq!(looks.seen, seen, "{watched}");
         }
     }

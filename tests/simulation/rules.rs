@@ -180,7 +180,7 @@ fn strategies_for_another_number_of_robots_are_refused() {
         let make = || read_alone(text, robots).unwrap().make();
         let observed = {
             let mut trace = Trace::new(&station, &pattern);
-            simulate_observed(&scene, make().as_mut(), Some(&mut trace)).map(|_| ())
+            simulate_observed(&scene, make().as_mut(), Some(&mut trace), || true).map(|_| ())
         };
         for result in [
             simulate(&scene, make().as_mut()).map(|_| ()),

@@ -102,12 +102,13 @@ mod tests {
 
     /// Settings that are no option of a struct: arguments of functions, variants of an enum, fields
     /// of `Timeouts`, and what chooses among files and functions.
-    const ARGUMENTS: [&str; 17] = [
+    const ARGUMENTS: [&str; 19] = [
         "belt_timeout",
         "cases",
         "chart",
         "connect",
         "count",
+        "dir",
         "fps",
         "imitate",
         "listen",
@@ -119,6 +120,7 @@ mod tests {
         "robust",
         "station",
         "svg",
+        "timeout",
         "train_items",
     ];
 

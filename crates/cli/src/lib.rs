@@ -2,6 +2,7 @@
 
 mod access;
 mod args;
+mod benchmark;
 mod bound;
 mod compare;
 mod dashboard;
@@ -149,6 +150,7 @@ fn run(command: Command, session: &Session) -> Result<()> {
         Command::Optimize(args) => optimize::run(*args, session),
         Command::Game(args) => game::run(*args, session),
         Command::Bound(args) => bound::run(*args, session),
+        Command::Benchmark(args) => benchmark::run(*args, session),
         Command::Simulate(args) => simulate::run(*args, session),
         Command::Check(args) => verification::run(*args, session),
         #[cfg(feature = "onnx")]

@@ -26,10 +26,6 @@ pub(crate) fn allowance(ms: Option<f64>, clock: ClockKind) -> Result<Allowance> 
     Ok(allowance.with_otherwise(otherwise))
 }
 
-/// What happens before a line with look-ahead starts.
-pub(crate) const SEARCH: &str = "searching for the assignments that the look-ahead starts from; a \
-                                 strategy with bases=... starts at once";
-
 /// `strategy` on the line of `station`.
 ///
 /// # Errors
@@ -41,7 +37,7 @@ pub(crate) fn live_strategy(
     station: &Station,
     session: &Session,
 ) -> Result<Blueprint> {
-    let bar = Bar::new(quiet).or_say(SEARCH);
+    let bar = Bar::before_a_line(quiet);
     let environment = Environment {
         stop: session.stop(),
         progress: &bar,

@@ -33,10 +33,14 @@ impl Bar {
         }
     }
 
-    /// The same that says what begins where stderr is no terminal: for work that its user does not
-    /// expect.
-    pub(crate) fn or_say(self, otherwise: &'static str) -> Self {
-        Self { otherwise, ..self }
+    /// The bar of a search before a line starts. Where stderr is no terminal, it says what begins: its user
+    /// may not expect the work.
+    pub(crate) fn before_a_line(quiet: bool) -> Self {
+        Self {
+            otherwise: "searching for the assignments that the look-ahead starts from; a strategy with \
+                        bases=... starts at once",
+            ..Self::new(quiet)
+        }
     }
 
     fn with(&self, action: impl FnOnce(&mut Shown)) {

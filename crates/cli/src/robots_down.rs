@@ -92,7 +92,8 @@ impl SweepArgs {
             .with_conditions(conditions.clone())
             .with_station_strategy(saved.transpose()?)
             .with_training(self.training.resolve(station, seed, false)?)
-            .with_greedy(self.greedy);
+            .with_greedy(self.greedy)
+            .with_tune(self.tune);
         self.strategy.iter().try_fold(options, |options, text| {
             Ok(options.with_strategy(parse_strategy(text, quiet)?))
         })

@@ -2,7 +2,6 @@
 
 use super::args::{Common, SimulateArgs, StationChoice};
 use super::flags;
-use super::live_strategy::SEARCH;
 use super::outputs::{Outputs, WHOLE};
 use super::progress::Bar;
 use super::session::Session;
@@ -119,7 +118,7 @@ impl SimulateArgs {
 
 impl SimulatePlan {
     fn run(&self, session: &Session) -> Result<()> {
-        let bar = Bar::new(self.common.quiet).or_say(SEARCH);
+        let bar = Bar::before_a_line(self.common.quiet);
         let environment = Environment {
             stop: session.stop(),
             progress: &bar,

@@ -102,6 +102,7 @@ impl SweepArgs {
             .with_conditions(conditions.clone())
             .with_station_strategy(saved.transpose()?)
             .with_greedy(self.greedy)
+            .with_tune(self.tune)
             .with_bound(!self.no_bound);
         if let Some(purity) = self.purity {
             options = options.with_purity(purity);

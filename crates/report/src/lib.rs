@@ -1,6 +1,7 @@
 //! Results as JSON, CSV, tables and pictures, each with its provenance.
 
 mod any_report;
+mod benchmark;
 mod bound;
 mod cells;
 mod charts;
@@ -37,6 +38,7 @@ mod verb_report;
 mod verification;
 
 pub use any_report::AnyReport;
+pub use benchmark::BenchmarkReport;
 pub use bound::{BoundReport, CertifiedReport};
 pub use charts::{ChartKind, LearningCurve, learning_curves_svg};
 pub use classes::ClassReport;

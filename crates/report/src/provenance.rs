@@ -2,7 +2,7 @@
 //! that equal inputs give equal bytes.
 
 use pickline::error::counted;
-use pickline::files::csv_comment;
+use pickline::files::{csv_comment, fingerprint};
 use pickline::sim::Conditions;
 use pickline::station::{Station, station_hash};
 use serde::Serialize;
@@ -46,6 +46,26 @@ impl Provenance {
             ),
             station_hash: station_hash(station),
             patterns: patterns.to_owned(),
+            conditions: Vec::new(),
+            seed: Some(seed),
+            partial: None,
+        }
+    }
+
+    /// Provenance of a result on `set`, instances with a station each.
+    pub fn of_stations<'s>(
+        command: &str,
+        set: &str,
+        stations: impl Iterator<Item = &'s Station>,
+        seed: u64,
+    ) -> Self {
+        let hashes: Vec<String> = stations.map(station_hash).collect();
+        Self {
+            program: format!("pickline {}", env!("CARGO_PKG_VERSION")),
+            command: command.to_owned(),
+            station: "one for each instance".into(),
+            station_hash: fingerprint(hashes.join("\n")),
+            patterns: set.to_owned(),
             conditions: Vec::new(),
             seed: Some(seed),
             partial: None,

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar
 
+from .checks import shown
 from .errors import BadMessage, Overflow
 from .messages import Detection, FromNode, Role, SourceKind, Status, Tick, ToNode
 from .peer import Peer
@@ -100,7 +101,12 @@ class Camera(Peer):
         """
         self._check_open()
         stamp = self.clock() if stamp is None else stamp
-        picture = tuple(self._detection(item, stamp) for item in items)
+        try:
+            several = tuple(items)
+        except TypeError:
+            problem = f"`{shown(items)}` is not a list of items"
+            raise BadMessage("a picture", problem, "give dicts, or (x, y) [m] of each item") from None
+        picture = tuple(self._detection(item, stamp) for item in several)
         if picture:
             self._check_room(len(picture), MOST_WAITING)
             self._forget()

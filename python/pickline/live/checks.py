@@ -44,7 +44,7 @@ def check_number(kind: str, name: str, value: object, low: float, high: float, w
         except (TypeError, ValueError, OverflowError):
             number = None
     if number is None:
-        raise wrong(kind, name, f"`{shown(value)}` is not a number", what)
+        raise wrong(kind, name, f"`{shown(value)}` is not a number", what.rstrip(","))
     if not low <= number <= high:
         hint = ""
         if name == "stamp" and 1e12 <= number <= 1e20:
@@ -100,7 +100,7 @@ def check_numbers(
     except TypeError:
         several = ()
     if len(several) != count or isinstance(value, (str, bytes)):
-        raise wrong(kind, name, f"`{shown(value)}` are not {count} numbers", f"{count} numbers, {what}")
+        raise wrong(kind, name, f"`{shown(value)}` are not {count} numbers", f"{count} numbers, {what.rstrip(',')}")
     return tuple(check_number(kind, name, one, low, high, what) for one in several)
 
 

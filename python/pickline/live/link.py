@@ -222,7 +222,8 @@ class Link:
                         session = await self._transport.open(self.hello)
                 except TimeoutError:
                     cure = "check that a node is at this address"
-                    raise Lost(self._place, f"no answer within {OPEN_TIMEOUT:g} s", cure) from None
+                    problem = f"{self._transport.reached} within {OPEN_TIMEOUT:g} s"
+                    raise Lost(self._place, problem, cure) from None
                 began = time.monotonic()
                 await self._serve(session)
             except (Refused, BadReply) as error:

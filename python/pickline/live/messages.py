@@ -130,7 +130,7 @@ def decode(line: bytes | str, place: str = "the node") -> FromNode | None:
         return BadReply(place, problem, "check that what sends there is `pickline run`")
 
     try:
-        values = json.loads(line)
+        values = json.loads(line if isinstance(line, str) else line.decode())
     except (ValueError, RecursionError) as error:
         begin = line[:40] if isinstance(line, str) else line[:40].decode(errors="replace")
         problem = f"what it sends is not JSON ({shown(str(error))}); it begins with `{shown(begin)}`"

@@ -123,8 +123,10 @@ class MqttTransport(Transport):
         if self._client_id is None:
             self._client_id = f"pickline-{level(hello.name)}-{secrets.token_hex(4)}"
         session = MqttSession(self, hello)
+        self.reached = "no connection to the broker"
         try:
             await session.connect(self._client_id, not self._was_connected)
+            self.reached = "connected to the broker, but no node there"
             self._was_connected = True
             await session.subscribe()
             await session.await_node()

@@ -81,8 +81,8 @@ class Peer(Link):
         user: str | None = None,
         password: str | None = None,
     ) -> None:
-        if patience is not None and not patience > 0:
-            raise BadMessage("`patience`", f"{patience} is out of range", "give more than 0 s, or None")
+        if patience is not None and not (isinstance(patience, int | float) and patience > 0):
+            raise BadMessage("`patience`", f"{patience!r} is out of range", "give more than 0 s, or None")
         self.address = Address.read(address)
         self.clock = clock
         hello = Hello(name, self.role, self._robots(), read_token(token))
@@ -168,8 +168,8 @@ class Peer(Link):
             await self._abandon()
             if isinstance(trouble, Refused):
                 raise trouble from None
-            problem = trouble.problem if trouble else "no connection"
-            cure = trouble.cure if trouble else "check the address"
+            problem = trouble.problem if trouble else self._transport.reached
+            cure = trouble.cure if trouble else "check that a node is at this address"
             problem = f"{problem} (tried for {self._patience:g} s)"
             raise Unreachable(self._place, problem, cure) from trouble
         except BaseException:

@@ -42,6 +42,9 @@ class Session(ABC):
 class Transport(ABC):
     """A way to a line."""
 
+    reached = "no connection"
+    """How far `open` has got, as the problem if it gets no further."""
+
     @abstractmethod
     async def open(self, hello: Hello) -> Session:
         """Opens a connection over which the node listens.

@@ -24,6 +24,9 @@ CLOSE_TIMEOUT = 1.0
 MOST_UNSENT = 64 * 1024
 """Bytes that wait in this process for the other side before `send` waits."""
 
+SILENT = "connected, but no answer to the hello"
+"""What is wrong with something that only listens."""
+
 
 class TcpTransport(Transport):
     """The way to `pickline run --listen`."""
@@ -34,6 +37,7 @@ class TcpTransport(Transport):
 
     async def open(self, hello: Hello) -> Session:
         place = str(self.address)
+        self.reached = "no connection"
         try:
             reader, writer = await asyncio.open_connection(
                 self.address.host, self.address.port, ssl=self._tls, limit=LONGEST_REPLY
@@ -49,6 +53,7 @@ class TcpTransport(Transport):
             cure = "start `pickline run --listen` there"
             problem = f"no connection: {getattr(error, 'strerror', None) or error}"
             raise Lost(place, problem, cure) from None
+        self.reached = SILENT
         session = TcpSession(place, reader, writer, hello.name)
         try:
             prepare(writer.get_extra_info("socket"))

@@ -233,7 +233,12 @@ impl Encoder {
                 let (filled, slots) = (self.choice.chosen().len(), self.layout.slots);
                 let problem =
                     format!("action {index}, but only {filled} of {slots} slots hold an item");
-                Err(Error::illegal_action(snapshot.time, &robot.name, problem))
+                let cure = "choose an action that the mask allows";
+                Err(Error::illegal_action(
+                    (snapshot.time, &robot.name),
+                    problem,
+                    cure,
+                ))
             }
         }
     }

@@ -19,6 +19,7 @@ const ELSEWHERE: &[Elsewhere] = &[
             "sweep",
             "game",
             "bound",
+            "benchmark",
             "simulate",
             "station show",
             "pattern generate",

@@ -215,6 +215,35 @@ pub const ROWS: &[Row] = &[
         let call = format!("{} --greedy", one(verb));
         assert_eq!(methods(rig, &call), ["robust_gt", "greedy_gt"]);
     }),
+    row(&SWEEP, "--tune", |rig, verb| {
+        let call = format!("{} --tune", one(verb));
+        assert_eq!(methods(rig, &call), ["robust_gt", "rival"]);
+        let call = "sweep -q --format json --patterns poisson:0.12:3 --items 40 --no-bound";
+        let note = |report: &Value| {
+            let mut notes = report["notes"].as_array().unwrap().iter();
+            let rival = notes.find_map(|note| note.as_str()?.strip_prefix("rival is "));
+            rival.unwrap().to_owned()
+        };
+        let picked = |report: &Value, method: &str| {
+            let mut points = report["points"].as_array().unwrap().iter();
+            let point = points.rfind(|point| point["method"] == method).unwrap();
+            point["picked_share"].as_f64().unwrap()
+        };
+        // Tuned for every number of robots: the last is what the note names last.
+        let robots = format!("{call} --sweep robots --from 2 --to 3");
+        let swept = rig.json(&format!("{robots} --tune"));
+        let last = note(&swept);
+        let (_, last) = last.rsplit_once(", 3 ").unwrap();
+        let alone = format!("{call} --sweep robots --from 3 --to 3 --strategy {last}");
+        assert_eq!(picked(&swept, "rival"), picked(&rig.json(&alone), last));
+        // With a robot down, it is that of the whole line.
+        let halted = format!("{call} --sweep robots-down --robust SPT,FIFO");
+        let tuned = rig.json(&format!("{halted} --tune"));
+        let rival = note(&tuned);
+        let (rival, _) = rival.split_once(", the best of").unwrap();
+        let given = rig.json(&format!("{halted} --strategy {rival}"));
+        assert_eq!(picked(&tuned, "rival"), picked(&given, rival));
+    }),
     row(&PICTURES, "--html", |rig, verb| {
         rig.done(&format!("{} -q --html page.html", one(verb)));
         let page = rig.read("page.html");

@@ -4,6 +4,7 @@
 //! A row calls the program with the option and without, on inputs so small that the result can
 //! be computed by hand. An option that has no row fails `every_option_has_a_row`.
 
+mod benchmark;
 mod conditions;
 mod elsewhere;
 mod emulate;
@@ -44,7 +45,7 @@ const fn row(verbs: &'static [&'static str], option: &'static str, holds: fn(&Ri
 }
 
 /// The rows of this folder.
-const ROWS: [&[Row]; 13] = [
+const ROWS: [&[Row]; 14] = [
     settings::ROWS,
     station::ROWS,
     conditions::ROWS,
@@ -58,6 +59,7 @@ const ROWS: [&[Row]; 13] = [
     emulate::ROWS,
     transport::ROWS,
     verification::ROWS,
+    benchmark::ROWS,
 ];
 
 /// Options that are taken for the sake of others and change nothing: the unit names its place as

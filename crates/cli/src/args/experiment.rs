@@ -189,6 +189,10 @@ pub(crate) struct SweepArgs {
     /// Add greedy GT (game theory), the assignment with the highest picking rate at each value
     #[arg(long)]
     pub greedy: bool,
+    /// Add the best of what line software ships (shares, every n-th item, zones, FIFO for all), tuned
+    /// on training patterns for every line, with robots-down for the whole line; its name is rival
+    #[arg(long)]
+    pub tune: bool,
     /// Leave out the certified bound, which no strategy can exceed; with robots-down there is none
     #[arg(long)]
     pub no_bound: bool,

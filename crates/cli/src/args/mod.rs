@@ -1,6 +1,7 @@
 //! The arguments as typed: the program and its verbs.
 
 mod access;
+mod benchmark;
 mod bound;
 mod conditions;
 mod experiment;
@@ -21,6 +22,7 @@ mod train;
 mod verification;
 
 pub(crate) use access::AccessArgs;
+pub(crate) use benchmark::{BenchmarkArgs, TrackArg};
 pub(crate) use bound::{BoundArgs, ObjectiveArg};
 pub(crate) use conditions::{ConditionArgs, DetectionArgs, OutageArgs};
 pub(crate) use experiment::{CompareArgs, SweepArgs, TrainingArgs};
@@ -76,6 +78,7 @@ pub(crate) enum Command {
     Sweep(Box<SweepArgs>),
     Game(Box<GameArgs>),
     Bound(Box<BoundArgs>),
+    Benchmark(Box<BenchmarkArgs>),
     Simulate(Box<SimulateArgs>),
     Check(Box<CheckArgs>),
     #[cfg(feature = "onnx")]
