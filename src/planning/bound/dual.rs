@@ -10,6 +10,7 @@
 //! computed in whole numbers, so no rounding can lower the bound.
 
 use super::BoundObjective;
+use super::network::paths::Ending;
 use super::network::{SlotNetwork, Slots, earliest_release, picks};
 use crate::sim::Scene;
 
@@ -58,8 +59,8 @@ pub(super) struct DualEvaluation {
     pub taken: Vec<u32>,
     /// For each robot, the value of the best path up to each node.
     pub values: Vec<Vec<i64>>,
-    /// The same by place, for robots with several.
-    pub by_place: Vec<Vec<i64>>,
+    /// For each robot, the best paths that end in each node and place.
+    pub endings: Vec<Vec<Ending>>,
 }
 
 /// Prices of items that must be picked may be as low as minus this many times the largest
@@ -140,14 +141,14 @@ impl Dual {
         into.taken.clear();
         into.taken.resize(prices.len(), 0);
         into.values.resize(self.networks.len(), Vec::new());
-        into.by_place.resize(self.networks.len(), Vec::new());
-        let buffers = into.values.iter_mut().zip(&mut into.by_place);
-        for (network, (values, by_place)) in self.networks.iter().zip(buffers) {
-            network.longest_path(&rewards, values, by_place);
+        into.endings.resize(self.networks.len(), Vec::new());
+        let buffers = into.values.iter_mut().zip(&mut into.endings);
+        for (network, (values, endings)) in self.networks.iter().zip(buffers) {
+            network.longest_path(&rewards, values, endings);
             let nodes = network.nodes_up_to(horizon);
             into.value += values[nodes];
             let taken = &mut into.taken;
-            network.follow(&rewards, (values, by_place), nodes, |item| {
+            network.follow(&rewards, endings, nodes, |item| {
                 taken[item as usize] += 1;
             });
         }

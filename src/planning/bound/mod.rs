@@ -5,7 +5,8 @@
 //! condition that an item can be picked only once. Good prices are found step by step
 //! (`ascent`), but *any* prices give a valid bound, which is why it is certified. The same
 //! passes bound what can be earned by each moment, and from that the end of a run and its rate
-//! (`profile`). The prices also give a good schedule (`schedule`), which shows how tight the
+//! (`profile`). `search` leads the steps with slots of one length, `solve` from longer slots to shorter
+//! ones. The prices also give a good schedule (`schedule`), which shows how tight the
 //! bound is. `docs/bound.md` has the mathematics and the proof.
 
 mod ascent;
@@ -14,6 +15,7 @@ mod network;
 mod options;
 mod profile;
 mod schedule;
+mod search;
 mod solve;
 
 pub use options::{BoundObjective, BoundOptions};

@@ -24,7 +24,7 @@ pub struct BoundOptions {
     /// Length of the slots [s]; chosen from the processing times if `None`.
     pub slot_s: Option<f64>,
     /// Maximum number of steps of the prices; the bounds of end and rate may take as many
-    /// again.
+    /// again with each of the slot lengths that are tried, at most three.
     pub iterations: usize,
     /// Whether end and rate are bounded as well; otherwise their bounds are trivial.
     pub ends: bool,
@@ -76,25 +76,27 @@ setters!(BoundOptions {
 
 impl BoundOptions {
     /// For a pattern of `items` items if only the bound is wanted: time and memory grow in
-    /// proportion, so that slots of long patterns are no longer than those of short ones.
+    /// proportion, so that slots of long patterns are no longer than those of short ones, up to a
+    /// limit.
     pub fn in_full(objective: BoundObjective, items: usize) -> Self {
         let usual = Self::default();
+        // Twice as many as beside runs.
+        let short = in_proportion(usual.arcs, items, 2 * MOST_BESIDE);
+        let long = items.saturating_mul(ARCS_PER_ITEM).min(MOST_IN_FULL);
         Self {
             objective,
-            arcs: items
-                .saturating_mul(ARCS_PER_ITEM)
-                .clamp(usual.arcs, MOST_IN_FULL),
+            arcs: short.max(long),
             ..usual
         }
     }
 
-    /// For bounds as a by-product of reports: less than a tenth of a second on a typical
-    /// pattern.
+    /// For bounds as a by-product of reports: less than half a second on a typical pattern.
     pub fn quick(objective: BoundObjective) -> Self {
         Self {
             objective,
             schedule: false,
             arcs: QUICK_ARCS,
+            iterations: QUICK_ITERATIONS,
             ..Self::default()
         }
     }
@@ -103,27 +105,40 @@ impl BoundOptions {
     /// `picked`: a bound that a run reaches cannot be improved. A longer pattern gets
     /// proportionally more time; otherwise its slots would be too long to prove anything.
     pub fn beside(picked: usize, items: usize) -> Self {
-        let share = (items as f64 / USUAL_ITEMS as f64).max(1.0);
         Self {
             known: picked as f64,
-            arcs: (QUICK_ARCS as f64 * share).min(MOST_BESIDE) as usize,
+            arcs: in_proportion(QUICK_ARCS, items, MOST_BESIDE),
             ..Self::quick(BoundObjective::Picks)
         }
     }
 }
 
+/// `arcs` for a pattern of typical length, proportionally more for one of more than that many
+/// `items`, up to `most`.
+fn in_proportion(arcs: usize, items: usize, most: usize) -> usize {
+    let share = (items as f64 / USUAL_ITEMS as f64).max(1.0);
+    (arcs as f64 * share).min(most as f64) as usize
+}
+
 /// Maximum number of picks in slots for bounds in reports, on a pattern of typical length.
-const QUICK_ARCS: usize = 100_000;
+const QUICK_ARCS: usize = 600_000;
+/// Steps of the prices for bounds in reports.
+const QUICK_ITERATIONS: usize = 100;
 const USUAL_ITEMS: usize = 150;
 /// Maximum number of picks in slots for a pattern of any length: several patterns are bounded
 /// at the same time, and this many picks take about 100 MB.
-const MOST_BESIDE: f64 = 4e6;
-/// Picks in slots per item if only the bound is wanted, and their maximum in total; these take
-/// about 500 MB.
+const MOST_BESIDE: usize = 4_000_000;
+/// Picks in slots per item if only the bound of a long pattern is wanted, and their maximum in
+/// total; these take about 500 MB.
 const ARCS_PER_ITEM: usize = 2000;
 const MOST_IN_FULL: usize = 20_000_000;
-/// Slots are coarse if they are longer than this many times the length that suits the picks.
-const COARSE: f64 = 2.5;
+/// Slots are coarse if they are longer than this share of a mean pick.
+const COARSE: f64 = 0.05;
+
+/// How many times longer the slots are with which the search for prices begins.
+const LONGER: [f64; 2] = [10.0, 3.0];
+/// The longest of them, as a share of a mean pick.
+const LONGEST: f64 = 0.25;
 
 /// Shortest and longest allowed slot [s].
 const SLOT_RANGE: (f64, f64) = (1e-6, 1e6);
@@ -132,12 +147,13 @@ const MOST_ARCS: f64 = 5e7;
 /// With more slots than this in a day, their times are no longer distinct.
 const MOST_SLOTS: f64 = 1e14;
 /// Slots per mean processing time, unless there would be too many in total.
-const SLOTS_PER_PICK: f64 = 50.0;
+const SLOTS_PER_PICK: f64 = 200.0;
 
 /// The chosen slots, and whether limits on memory or time make them so long that the bound is
 /// weak.
 pub(super) struct Chosen {
-    pub slots: Slots,
+    /// The slots of the bound, after longer ones with which prices are found sooner.
+    pub levels: Vec<Slots>,
     pub coarse: bool,
 }
 
@@ -162,12 +178,6 @@ pub(super) fn choose_slots(scene: &Scene, options: &BoundOptions) -> Result<Opti
             .map(move |(c, place)| latest_release(scene.station(), robot, (&c, place)))
     });
     let last = last.fold(0.0, f64::max);
-    if let Some(length) = options.slot_s {
-        let slots = Slots { length };
-        check_slot(length, &|| size(slots), last)?;
-        let coarse = false;
-        return Ok(Some(Chosen { slots, coarse }));
-    }
     let (mut sum, mut count) = (0.0, 0.0);
     for robot in robots.clone() {
         for (candidate, place) in picks(scene, robot) {
@@ -178,6 +188,13 @@ pub(super) fn choose_slots(scene: &Scene, options: &BoundOptions) -> Result<Opti
         }
     }
     let mean = if count > 0.0 { sum / count } else { 0.0 };
+    if let Some(length) = options.slot_s {
+        let slots = Slots { length };
+        check_slot(length, &|| size(slots), last)?;
+        let coarse = false;
+        let levels = levels(length, mean);
+        return Ok(Some(Chosen { levels, coarse }));
+    }
     // A mean of 0 is a line whose picks take no time; any slot is suitable.
     let wanted = (mean / SLOTS_PER_PICK).clamp(SLOT_RANGE.0, SLOT_RANGE.1);
     let fits =
@@ -200,9 +217,21 @@ pub(super) fn choose_slots(scene: &Scene, options: &BoundOptions) -> Result<Opti
     Ok(length
         .filter(|&length| count == 0.0 || length <= mean.max(wanted))
         .map(|length| Chosen {
-            slots: Slots { length },
-            coarse: length > COARSE * wanted,
+            levels: levels(length, mean),
+            coarse: length > COARSE * mean.max(SLOTS_PER_PICK * wanted),
         }))
+}
+
+/// Slots of `length` [s] after longer ones, where a pick takes `mean` [s].
+fn levels(length: f64, mean: f64) -> Vec<Slots> {
+    let longer = LONGER.map(|factor| length * factor);
+    let useful = longer
+        .into_iter()
+        .filter(|longer| *longer <= mean * LONGEST);
+    useful
+        .chain([length])
+        .map(|length| Slots { length })
+        .collect()
 }
 
 /// Checks a slot of this length [s] that the user asks for: `arcs` is the number of picks in slots,
@@ -253,9 +282,13 @@ mod tests {
         (with(pick - way), pattern)
     }
 
+    fn finest(chosen: &Chosen) -> f64 {
+        chosen.levels.last().unwrap().length
+    }
+
     fn chosen(scene: &Scene, options: &BoundOptions) -> Option<(f64, bool)> {
         let chosen = choose_slots(scene, options).unwrap();
-        chosen.map(|chosen| (chosen.slots.length, chosen.coarse))
+        chosen.map(|chosen| (finest(&chosen), chosen.coarse))
     }
 
     #[test]
@@ -263,8 +296,11 @@ mod tests {
         use BoundObjective::{Picks, Weight};
         for (items, arcs) in [
             (0, 2_000_000),
-            (1000, 2_000_000),
-            (1001, 2_002_000),
+            (150, 2_000_000),
+            (300, 4_000_000),
+            (601, 8_000_000),
+            (4000, 8_000_000),
+            (4001, 8_002_000),
             (9999, 19_998_000),
             (usize::MAX, 20_000_000),
         ] {
@@ -276,13 +312,13 @@ mod tests {
         let quick = BoundOptions::quick(Weight);
         assert_eq!(
             (quick.arcs, quick.objective, quick.schedule),
-            (100_000, Weight, false)
+            (600_000, Weight, false)
         );
-        assert!(quick.ends && quick.iterations == 200 && quick.known == 0.0);
+        assert!(quick.ends && quick.iterations == 100 && quick.known == 0.0);
         for (items, arcs) in [
-            (1, 100_000),
-            (150, 100_000),
-            (300, 200_000),
+            (1, 600_000),
+            (150, 600_000),
+            (300, 1_200_000),
             (10_000_000, 4_000_000),
         ] {
             let options = BoundOptions::beside(7, items);
@@ -292,23 +328,25 @@ mod tests {
         assert_eq!(BoundOptions::default().arcs, 2_000_000);
     }
 
-    /// The smallest of 1, 2 and 5 times a power of ten that is at least half of a fiftieth of a
-    /// mean pick.
+    /// The smallest of 1, 2 and 5 times a power of ten that is at least half of a two-hundredth of
+    /// a mean pick.
     #[test]
-    fn slots_are_a_fiftieth_of_a_pick() {
+    fn slots_are_a_two_hundredth_of_a_pick() {
         for (pick, length) in [
-            (2.49, 0.05),
-            (4.99, 0.05),
-            (5.01, 0.1),
-            (9.98, 0.1),
-            (10.01, 0.2),
-            (19.98, 0.2),
-            (20.1, 0.5),
-            (49.9, 0.5),
-            (50.1, 1.0),
-            (101.0, 2.0),
-            (1001.0, 20.0),
-            (3000.0, 50.0),
+            (3.99, 0.01),
+            (4.01, 0.02),
+            (7.99, 0.02),
+            (8.01, 0.05),
+            (19.98, 0.05),
+            (20.01, 0.1),
+            (39.9, 0.1),
+            (40.1, 0.2),
+            (79.9, 0.2),
+            (80.1, 0.5),
+            (199.9, 0.5),
+            (201.0, 1.0),
+            (1001.0, 5.0),
+            (3000.0, 10.0),
         ] {
             let (station, pattern) = line(pick);
             let scene = Scene::new(&station, &pattern).unwrap();
@@ -330,10 +368,10 @@ mod tests {
             arcs: (lasts / length + 2.0).ceil() as usize - fewer,
             ..BoundOptions::default()
         };
-        assert_eq!(chosen(&scene, &with(0.2, 0)), Some((0.2, false)));
-        assert_eq!(chosen(&scene, &with(0.2, 1)), Some((0.5, false)));
+        assert_eq!(chosen(&scene, &with(0.05, 0)), Some((0.05, false)));
+        assert_eq!(chosen(&scene, &with(0.05, 1)), Some((0.1, false)));
         assert_eq!(chosen(&scene, &with(0.5, 0)), Some((0.5, false)));
-        // More than 2.5 times as long as a fiftieth of a pick.
+        // More than a twentieth of a pick.
         assert_eq!(chosen(&scene, &with(0.5, 1)), Some((1.0, true)));
         assert_eq!(chosen(&scene, &with(2.0, 0)), Some((2.0, true)));
         // Longer than a pick.
@@ -351,6 +389,28 @@ mod tests {
         assert_eq!(chosen(&scene, &none), None);
     }
 
+    /// Ten and three times as long, but not longer than a quarter of a pick.
+    #[test]
+    fn longer_slots_come_first() {
+        let (station, pattern) = line(10.0);
+        let scene = Scene::new(&station, &pattern).unwrap();
+        for (length, longer) in [
+            (0.05, &[0.5, 0.15][..]),
+            (0.24, &[2.4, 0.72]),
+            (0.26, &[0.78]),
+            (0.83, &[2.49]),
+            (0.84, &[]),
+            (5.0, &[]),
+        ] {
+            let options = BoundOptions::default().with_slot_s(length);
+            let chosen = choose_slots(&scene, &options).unwrap().unwrap();
+            let lengths: Vec<f64> = chosen.levels.iter().map(|slots| slots.length).collect();
+            let near = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-9;
+            assert_eq!(lengths.len(), longer.len() + 1, "{length}");
+            assert!(lengths.iter().zip(longer.iter().chain([&length])).all(near));
+        }
+    }
+
     /// A requested length is used if length and memory allow it.
     #[test]
     fn given_slots_are_used_or_refused() {
@@ -363,7 +423,7 @@ mod tests {
                 ..BoundOptions::default()
             };
             choose_slots(scene, &options)
-                .map(|chosen| chosen.map(|chosen| (chosen.slots.length, chosen.coarse)))
+                .map(|chosen| chosen.map(|chosen| (finest(&chosen), chosen.coarse)))
                 .map_err(|error| error.to_string())
         };
         for length in [1e-6, 0.013, 5.0, 1e6] {
@@ -415,7 +475,7 @@ mod tests {
         let told = asked(5e-6).unwrap_err().to_string();
         assert!(told.contains("is too short for this pattern"), "{told}");
         assert!(asked(2e-5).unwrap());
-        // A fiftieth of a pick would be 2e-6 s or a little more.
+        // A two-hundredth of a pick would be 5e-7 s or a little more.
         assert_eq!(chosen(&scene, &BoundOptions::default()), Some((2e-5, true)));
     }
 

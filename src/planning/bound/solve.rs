@@ -1,10 +1,8 @@
 //! From a scene to its bound.
 
-use super::ascent::{Ascent, Steps};
-use super::dual::{Dual, Schedules};
 use super::options::{BoundObjective, BoundOptions, Chosen, choose_slots};
-use super::profile::{BoundProfile, Ends, Leaving};
 use super::schedule::schedule;
+use super::search::{Effort, SlotSearch};
 use crate::decision::{Figures, Outcome};
 use crate::error::Result;
 use crate::sim::{Disturbances, Scene};
@@ -95,21 +93,8 @@ pub fn certified_percent(earned: f64, bound: f64) -> f64 {
     share.clamp(0.0, 100.0)
 }
 
-/// Shares of the prices at which schedules are made: at the full prices nothing is worth more
-/// than anything else.
-const SHARES: [f64; 2] = [0.9, 0.95];
-/// Length of the first steps, found by experiment (`docs/bound.md`).
-const FIRST_STEP: f64 = 2.0;
-/// Length of the first steps from good prices, to improve a bound of end or rate.
-const LATER_STEP: f64 = 0.5;
-/// Number of steps after which the worst places for end and rate are determined again.
-const ROUND: usize = 3;
-/// Number of rounds without a better bound before the search gives up.
-const PATIENCE: usize = 12;
-
-/// One of the bounds of a profile.
-type NextTarget = fn(&Ends) -> Option<(f64, usize)>;
-
+/// Shares of the prices at which schedules are made; which of them is best differs.
+const SHARES: [f64; 5] = [0.9, 0.95, 0.98, 0.99, 1.0];
 /// Bounds what any strategy can earn on `scene`. `go_on` gets the number of completed steps and
 /// the approximate total. If it returns false, the bound so far is returned, which is valid as
 /// well.
@@ -128,45 +113,44 @@ pub fn upper_bound(
     } else {
         scene
     };
-    let Some(Chosen { slots, coarse }) = choose_slots(scene, options)? else {
+    let Some(Chosen { levels, coarse }) = choose_slots(scene, options)? else {
         return Ok(trivial(scene, options));
     };
-    let mut dual = Dual::new(scene, options.objective, slots);
-    if let Some(counted) = &options.counted {
-        dual = dual.counting(counted);
-    }
-    let belt = Leaving::new(scene, &dual);
-    let mut search = IntervalSearch {
-        profile: BoundProfile::new(&dual),
-        ascent: Ascent::new(
-            dual.weights.iter().map(|weight| weight / 2).collect(),
-            dual.weights.iter().sum(),
-        ),
-        dual,
-        belt,
+    let mut effort = Effort {
         steps: 0,
-        expected: options.iterations * if options.ends { 2 } else { 1 },
+        expected: options.iterations * if options.ends { 1 + levels.len() } else { 1 },
         stopped: false,
-        known: options.known,
-        other_prices: Vec::new(),
-        found: None,
+        go_on,
     };
-    let trivial_ends = search.profile.ends(&search.dual, &search.belt);
-    if !search.optimal() {
-        search.earn(options.iterations, go_on);
+    let mut found = Found::new();
+    let mut search = SlotSearch::new(scene, options, levels[0], None);
+    let mut left = options.iterations;
+    for level in 0..levels.len() {
+        if level > 0 {
+            search = SlotSearch::new(scene, options, levels[level], Some(search.prices()));
+        }
+        let last = level + 1 == levels.len();
+        let steps = if last { left } else { left / 2 };
+        left -= steps;
+        found.enter(&search);
+        if !found.reached_by(options.known) {
+            search.earn(steps, options.known, &mut effort);
+        }
+        let mut others = Vec::new();
+        if options.ends {
+            others = search.tighten(options.iterations, &mut effort);
+        }
+        found.enter(&search);
+        let settled = !options.ends && found.reached_by(options.known);
+        if last || effort.stopped || settled {
+            // The figures of a schedule count all of its picks.
+            if options.schedule && options.counted.is_none() && !effort.stopped {
+                found.make_schedules(scene, options.objective, &search, &others)?;
+            }
+            break;
+        }
     }
-    let mut ends = trivial_ends;
-    if options.ends {
-        ends = search.ends(options.iterations, go_on);
-    }
-    // The figures of a schedule count all of its picks.
-    if options.schedule && options.counted.is_none() && !search.stopped {
-        search.make_schedules(scene, options.objective)?;
-    }
-    Ok(Bound {
-        coarse,
-        ..search.finish(options.objective, ends)
-    })
+    Ok(found.finish(options, coarse, &search, &effort))
 }
 
 /// The scene without failures and outages, in which every pick that succeeds on `scene` is a pick:
@@ -228,141 +212,110 @@ fn trivial(scene: &Scene, options: &BoundOptions) -> Bound {
     }
 }
 
-struct IntervalSearch {
-    dual: Dual,
-    belt: Leaving,
-    profile: BoundProfile,
-    ascent: Ascent,
-    steps: usize,
-    expected: usize,
-    stopped: bool,
-    known: f64,
-    /// The latest prices for each bound of end and rate.
-    other_prices: Vec<Vec<i64>>,
-    found: Option<Outcome>,
+/// The best bounds with slots of any length.
+struct Found {
+    /// What can be earned, rounded to what picks can be.
+    value: f64,
+    /// The same before it is rounded.
+    relaxed: f64,
+    /// The rate [1/min]; infinite if none is known.
+    rate: f64,
+    /// The end of any run [s].
+    end: f64,
+    /// The end of a run that picks everything [s]; infinite if there is no such run.
+    all_end: f64,
+    schedule: Option<Outcome>,
+    /// What the schedule earns.
+    earned: f64,
 }
 
-impl IntervalSearch {
-    /// Whether a known schedule earns as much as the bound allows.
-    fn optimal(&self) -> bool {
-        self.known >= self.dual.weight(self.dual.whole(self.ascent.best))
+impl Found {
+    /// Nothing yet.
+    fn new() -> Self {
+        Self {
+            value: f64::INFINITY,
+            relaxed: f64::INFINITY,
+            rate: f64::INFINITY,
+            end: 0.0,
+            all_end: 0.0,
+            schedule: None,
+            earned: 0.0,
+        }
     }
 
-    /// Lowers the bound on what can be earned.
-    fn earn(&mut self, iterations: usize, go_on: &mut dyn FnMut(usize, usize) -> bool) {
-        let dual = &self.dual;
-        let known = self.known;
-        let (made, expected, stopped) = (&mut self.steps, self.expected, &mut self.stopped);
-        let step = |best: i64| {
-            *made += 1;
-            *stopped = !go_on(*made, expected);
-            *stopped || known >= dual.weight(dual.whole(best))
-        };
-        let steps = Steps {
-            most: iterations,
-            length: FIRST_STEP,
-        };
-        let (profile, belt) = (&mut self.profile, &self.belt);
-        self.ascent
-            .run(dual, Schedules::ANY, steps, profile, belt, step);
+    /// Whether a schedule that earns `known` is as good as the bound allows.
+    fn reached_by(&self, known: f64) -> bool {
+        known >= self.value
     }
 
-    /// Looks for a schedule close to the bound, using all prices that improved some bound.
-    fn make_schedules(&mut self, scene: &Scene, objective: BoundObjective) -> Result<()> {
+    /// Enters what `search` has found.
+    fn enter(&mut self, search: &SlotSearch) {
+        let (dual, ends) = (&search.dual, search.ends());
+        let units = search.ascent.best;
+        self.value = self.value.min(dual.weight(dual.whole(units)));
+        self.relaxed = self.relaxed.min(dual.weight(units));
+        let infinite = |bound: Option<(f64, usize)>| bound.map_or(f64::INFINITY, |(at, _)| at);
+        self.rate = self.rate.min(infinite(ends.rate));
+        self.end = self.end.max(ends.end.map_or(0.0, |(end, _)| end));
+        self.all_end = self.all_end.max(infinite(ends.all));
+    }
+
+    /// Looks for a schedule close to the bound, with the prices of `search` and `others`.
+    fn make_schedules(
+        &mut self,
+        scene: &Scene,
+        objective: BoundObjective,
+        search: &SlotSearch,
+        others: &[Vec<i64>],
+    ) -> Result<()> {
         let earns = |outcome: &Outcome| {
             let figures = &outcome.figures;
             (earned(objective, figures), figures.picking_rate())
         };
-        let best = SHARES.map(|share| (&self.ascent.best_prices, share));
-        let others = self.other_prices.iter().map(|prices| (prices, SHARES[0]));
+        let best = SHARES.map(|share| (&search.ascent.best_prices, share));
+        let others = others.iter().map(|prices| (prices, SHARES[0]));
         for (prices, share) in best.into_iter().chain(others) {
-            let outcome = schedule(scene, &self.dual, prices, share)?;
-            let best = self.found.as_ref();
+            let outcome = schedule(scene, &search.dual, prices, share)?;
+            let best = self.schedule.as_ref();
             if best.is_none_or(|best| earns(best) < earns(&outcome)) {
-                self.known = self.known.max(earns(&outcome).0);
-                self.found = Some(outcome);
+                self.earned = self.earned.max(earns(&outcome).0);
+                self.schedule = Some(outcome);
             }
         }
         Ok(())
     }
 
-    /// Tightens the bounds of rate and end where they are worst, in at most `steps` steps.
-    fn ends(&mut self, steps: usize, go_on: &mut dyn FnMut(usize, usize) -> bool) -> Ends {
-        let targets: [(NextTarget, usize); 3] = [
-            (|ends| ends.rate, steps / 2),
-            (|ends| ends.all, steps / 4),
-            (|ends| ends.end, steps / 4),
-        ];
-        let mut ends = self.profile.ends(&self.dual, &self.belt);
-        for (number, (target, steps)) in targets.into_iter().enumerate() {
-            let mut prices = self.ascent.best_prices.clone();
-            let mut without = 0;
-            for _ in 0..steps / ROUND {
-                let Some((before, at)) = target(&ends).filter(|_| without < PATIENCE) else {
-                    break;
-                };
-                if self.stopped || self.profile.is_empty() {
-                    return ends;
-                }
-                let schedules = if number == 1 {
-                    self.profile.complete_schedules(at)
-                } else {
-                    self.profile.schedules(at, &self.belt)
-                };
-                for price in &mut prices[..schedules.must_from.min(self.dual.weights.len())] {
-                    *price = (*price).max(0);
-                }
-                let mut ascent = Ascent::new(prices, self.profile.value(at));
-                let (made, expected, stopped) = (&mut self.steps, self.expected, &mut self.stopped);
-                let steps = Steps {
-                    most: ROUND,
-                    length: LATER_STEP,
-                };
-                let (profile, belt) = (&mut self.profile, &self.belt);
-                ascent.run(&self.dual, schedules, steps, profile, belt, |_| {
-                    *made += 1;
-                    *stopped = !go_on(*made, expected);
-                    *stopped
-                });
-                prices = ascent.last_prices();
-                ends = self.profile.ends(&self.dual, &self.belt);
-                let same = target(&ends).is_some_and(|(after, _)| after == before);
-                without = if same { without + 1 } else { 0 };
-            }
-            self.other_prices.push(prices);
-        }
-        ends
-    }
-
-    fn finish(self, objective: BoundObjective, ends: Ends) -> Bound {
-        let dual = &self.dual;
-        let units = self.ascent.best;
+    fn finish(
+        self,
+        options: &BoundOptions,
+        coarse: bool,
+        search: &SlotSearch,
+        effort: &Effort,
+    ) -> Bound {
+        let dual = &search.dual;
         let price = |&price: &i64| price as f64 / dual.units;
         Bound {
-            objective,
-            value: dual.weight(dual.whole(units)),
-            relaxed: dual.weight(units),
+            objective: options.objective,
+            value: self.value,
+            relaxed: self.relaxed,
             // Rounded up by more than the division's rounding error.
-            rate: ends
-                .rate
-                .map(|(rate, _)| rate * (1.0 + 1e-12))
-                .filter(|rate| rate.is_finite()),
-            end: ends.end.map_or(0.0, |(end, _)| end),
-            all_end: ends.all.map(|(end, _)| end),
+            rate: Some(self.rate * (1.0 + 1e-12)).filter(|rate| rate.is_finite()),
+            end: self.end,
+            all_end: Some(self.all_end).filter(|end| end.is_finite()),
             reachable: dual.earliest.iter().flatten().count(),
-            prices: self.ascent.best_prices.iter().map(price).collect(),
+            prices: search.ascent.best_prices.iter().map(price).collect(),
             slot_s: dual.slots.length,
-            coarse: false,
+            coarse,
             arcs: dual.networks.iter().map(|network| network.arcs()).sum(),
-            iterations: self.steps,
-            stop: if self.optimal() {
+            iterations: effort.steps,
+            stop: if self.reached_by(options.known.max(self.earned)) {
                 BoundStop::Optimal
-            } else if self.stopped {
+            } else if effort.stopped {
                 BoundStop::Interrupted
             } else {
                 BoundStop::Done
             },
-            schedule: self.found,
+            schedule: self.schedule,
         }
     }
 }

@@ -122,6 +122,7 @@ fn a_pick_without_a_time_of_its_own_goes_nowhere() {
     assert_eq!((network.slots(), network.arcs()), (&[0, 1][..], 2));
     let mut values = Vec::new();
     network.longest_path(&[5], &mut values, &mut Vec::new());
+    // Loops are not remembered.
     assert_eq!(values, [0, 5, 10]);
 }
 
@@ -169,31 +170,67 @@ fn picks(dwell: f64, queue: &[Candidate], slots: Slots) -> Vec<(usize, u64, u64)
     all
 }
 
-/// The best of all paths, by enumeration, for a robot that is free in `slot` and has taken the
-/// loops of `used` there.
+/// Where a path has come to.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+struct Way {
+    slot: u64,
+    /// The loops of the slot that it has taken, one bit for each item.
+    used: u32,
+    /// The item that must not follow.
+    last: Option<usize>,
+}
+
+impl Way {
+    const START: Self = Self {
+        slot: 0,
+        used: 0,
+        last: None,
+    };
+}
+
+/// The best of all paths that go on from `way`, by enumeration, with no item twice in a row if
+/// `distinct`.
 fn best_from(
     picks: &[(usize, u64, u64)],
     rewards: &[i64],
-    (slot, used): (u64, u32),
-    known: &mut HashMap<(u64, u32), i64>,
+    way: Way,
+    distinct: bool,
+    known: &mut HashMap<Way, i64>,
 ) -> i64 {
+    let Way { slot, used, last } = way;
     if picks.iter().all(|(_, departure, _)| *departure < slot) {
         return 0;
     }
-    if let Some(&value) = known.get(&(slot, used)) {
+    if let Some(&value) = known.get(&way) {
         return value;
     }
-    let mut best = best_from(picks, rewards, (slot + 1, 0), known);
+    // Wherever there are loops, nothing is remembered.
+    let loops = picks.iter().any(|(_, d, a)| *d == slot && *a == slot);
+    let last = last.filter(|_| distinct && !loops);
+    let next_slot = Way {
+        slot: slot + 1,
+        used: 0,
+        last,
+    };
+    let mut best = best_from(picks, rewards, next_slot, distinct, known);
     for &(item, departure, arrival) in picks {
         let next = match arrival == slot {
             _ if departure != slot => continue,
             true if used >> item & 1 == 1 => continue,
-            true => (slot, used | 1 << item),
-            false => (arrival, 0),
+            true => Way {
+                used: used | 1 << item,
+                ..way
+            },
+            false if last == Some(item) => continue,
+            false => Way {
+                slot: arrival,
+                used: 0,
+                last: Some(item),
+            },
         };
-        best = best.max(rewards[item] + best_from(picks, rewards, next, known));
+        best = best.max(rewards[item] + best_from(picks, rewards, next, distinct, known));
     }
-    known.insert((slot, used), best);
+    known.insert(way, best);
     best
 }
 
@@ -223,8 +260,9 @@ fn days() -> impl Strategy<Value = (Vec<Candidate>, f64, f64, Vec<i64>)> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
-    /// Forwards and backwards, completely and partially, the values equal those of the best of
-    /// all paths, and the path that is followed has the computed value.
+    /// Forwards, the values equal those of the best of all paths without an item twice in a row;
+    /// backwards, completely and partially, those of the best of all paths. The path that is
+    /// followed has the computed value.
     #[test]
     fn values_are_those_of_the_best_path((queue, dwell, length, rewards) in days()) {
         let slots = Slots { length };
@@ -232,18 +270,19 @@ proptest! {
         let picks = picks(dwell, &queue, slots);
         prop_assert_eq!(network.arcs(), picks.len());
         prop_assert!(network.arcs() as f64 <= SlotNetwork::size(from_rest(&queue), slots));
-        let best = |rewards: &[i64], slot| {
-            best_from(&picks, rewards, (slot, 0), &mut HashMap::new())
+        let best = |rewards: &[i64], slot, distinct| {
+            let way = Way { slot, ..Way::START };
+            best_from(&picks, rewards, way, distinct, &mut HashMap::new())
         };
-        let mut values = Vec::new();
-        network.longest_path(&rewards, &mut values, &mut Vec::new());
+        let (mut values, mut endings) = (Vec::new(), Vec::new());
+        network.longest_path(&rewards, &mut values, &mut endings);
         let places = network.slots().len() + 1;
         prop_assert_eq!(values.len(), places);
-        prop_assert_eq!(values[places - 1], best(&rewards, 0));
-        for place in 0..places {
+        prop_assert_eq!(values[places - 1], best(&rewards, 0, true));
+        for (place, &value) in values.iter().enumerate() {
             let mut found = 0;
-            network.follow(&rewards, (&values, &[]), place, |item| found += rewards[item as usize]);
-            prop_assert_eq!(found, values[place]);
+            network.follow(&rewards, &endings, place, |item| found += rewards[item as usize]);
+            prop_assert_eq!(found, value);
         }
         let whole = |rewards: &[i64]| {
             let mut values = vec![0; places];
@@ -258,9 +297,9 @@ proptest! {
                 0 => 0,
                 _ => network.slot_of_place(place),
             };
-            prop_assert!(value <= best(&rewards, slot), "{}", place);
+            prop_assert!(value <= best(&rewards, slot, false), "{}", place);
         }
-        prop_assert_eq!(to_come[0], best(&rewards, 0));
+        prop_assert_eq!(to_come[0], best(&rewards, 0, false));
         // A removed item changes only the values of places before its last one.
         let last = network.last_places(rewards.len());
         for item in 0..rewards.len() {
