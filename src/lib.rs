@@ -54,7 +54,7 @@
 //!
 //! The modules hold what these are made of. Public is what a program that reads stations and
 //! patterns, writes a strategy, judges one or trains one needs, and what the other crates of the
-//! workspace share with the library: `files`, `names` and `plausible`. [`rl::nn`] and [`rl::ppo`] are
+//! workspace share with the library: `files`, `names` and `plausible`. [`nn`] and [`rl::ppo`] are
 //! public for training loops other than [`rl::Trainer`]: networks with their parameters and their
 //! optimiser, the samples of a rollout and the clipped loss. How the rest is done (search operators,
 //! relaxations, matrix products, parts of the event loop) is private.
@@ -90,6 +90,7 @@ pub mod throughput;
 pub mod purity;
 pub mod allocation;
 pub mod planning;
+pub mod nn;
 pub mod policy;
 pub mod strategies;
 pub mod optimize;

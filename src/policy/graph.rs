@@ -16,11 +16,14 @@ use tract_onnx::pb::{
 };
 
 /// Input: observations [batch, observation], f32.
-pub(crate) const INPUT: &str = "observation";
+pub(super) const INPUT: &str = "observation";
 /// Input: allowed actions [batch, actions], bool.
-pub(crate) const MASK: &str = "action_mask";
+pub(super) const MASK: &str = "action_mask";
 /// Output: logits [batch, actions], f32; very negative for masked actions.
-pub(crate) const OUTPUT: &str = "logits";
+pub(super) const OUTPUT: &str = "logits";
+
+/// The logit of masked actions, as in Stable-Baselines3's `MaskableCategorical`.
+pub(super) const FORBIDDEN: f32 = -1e8;
 
 const OPERATOR_SET: i64 = 17;
 /// The version of the format for that operator set.
@@ -28,7 +31,7 @@ const IR_VERSION: i64 = 8;
 
 /// A graph under construction. Values are identified by name.
 #[derive(Debug, Default)]
-pub(crate) struct GraphBuilder {
+pub(super) struct GraphBuilder {
     nodes: Vec<NodeProto>,
     weights: Vec<TensorProto>,
 }
@@ -39,18 +42,18 @@ impl GraphBuilder {
     }
 
     /// A constant matrix or vector.
-    pub(crate) fn weight(&mut self, shape: &[usize], values: &[f32]) -> String {
+    pub(super) fn weight(&mut self, shape: &[usize], values: &[f32]) -> String {
         let bytes = values.iter().flat_map(|v| v.to_le_bytes()).collect();
         self.tensor(DataType::Float, shape, bytes)
     }
 
     /// A constant number.
-    pub(crate) fn number(&mut self, value: f32) -> String {
+    pub(super) fn number(&mut self, value: f32) -> String {
         self.weight(&[], &[value])
     }
 
     /// A constant list of integers.
-    pub(crate) fn integers(&mut self, values: &[i64]) -> String {
+    pub(super) fn integers(&mut self, values: &[i64]) -> String {
         let bytes = values.iter().flat_map(|v| v.to_le_bytes()).collect();
         self.tensor(DataType::Int64, &[values.len()], bytes)
     }
@@ -69,13 +72,13 @@ impl GraphBuilder {
     }
 
     /// Adds a node with one output and returns the output's name.
-    pub(crate) fn node(&mut self, operator: &str, inputs: &[&str]) -> String {
+    pub(super) fn node(&mut self, operator: &str, inputs: &[&str]) -> String {
         self.node_with(operator, inputs, &[])
     }
 
     /// The same with attributes. A single integer becomes an attribute of type int, a list one
     /// of type ints.
-    pub(crate) fn node_with(
+    pub(super) fn node_with(
         &mut self,
         operator: &str,
         inputs: &[&str],
@@ -107,23 +110,25 @@ impl GraphBuilder {
     }
 
     /// Columns `from..to` of a matrix.
-    pub(crate) fn columns(&mut self, matrix: &str, from: usize, to: usize) -> String {
+    pub(super) fn columns(&mut self, matrix: &str, from: usize, to: usize) -> String {
         let [from, to, axis] = [from as i64, to as i64, 1].map(|v| self.integers(&[v]));
         self.node("Slice", &[matrix, &from, &to, &axis])
     }
 
-    /// The file of a graph from [`INPUT`] and [`MASK`] to [`OUTPUT`], which equals `logits` for
-    /// allowed actions.
-    pub(crate) fn finish(
+    /// Number of constants so far.
+    pub(super) fn constants(&self) -> usize {
+        self.weights.len()
+    }
+
+    /// The graph from [`INPUT`] and [`MASK`] to [`OUTPUT`], which equals `logits` for allowed actions.
+    pub(super) fn finish(
         mut self,
         logits: &str,
         (observation, actions): (usize, usize),
-        metadata: &Metadata,
-    ) -> Vec<u8> {
-        // The value of masked logits in Stable-Baselines3's MaskableCategorical.
-        let forbidden = self.number(-1e8);
+    ) -> GraphProto {
+        let forbidden = self.number(FORBIDDEN);
         self.push("Where", &[MASK, logits, &forbidden], OUTPUT, &[]);
-        let graph = GraphProto {
+        GraphProto {
             name: "policy".into(),
             node: self.nodes,
             initializer: self.weights,
@@ -133,31 +138,40 @@ impl GraphBuilder {
             ],
             output: vec![value_info(OUTPUT, DataType::Float, actions)],
             ..Default::default()
-        };
-        let entry = |(key, value): (String, &str)| StringStringEntryProto {
-            key,
-            value: value.to_owned(),
-        };
-        let mut model = ModelProto {
-            ir_version: IR_VERSION,
-            opset_import: vec![OperatorSetIdProto {
-                domain: String::new(),
-                version: OPERATOR_SET,
-            }],
-            producer_name: env!("CARGO_PKG_NAME").into(),
-            producer_version: env!("CARGO_PKG_VERSION").into(),
-            graph: Some(graph),
-            metadata_props: metadata.to_file().map(entry).collect(),
-            ..Default::default()
-        };
-        seal(&mut model);
-        model.encode_to_vec()
+        }
     }
+}
+
+/// The operator sets that a graph of a [`GraphBuilder`] needs.
+pub(super) fn operator_sets() -> Vec<OperatorSetIdProto> {
+    vec![OperatorSetIdProto {
+        domain: String::new(),
+        version: OPERATOR_SET,
+    }]
+}
+
+/// The bytes of the file with `graph`.
+pub(super) fn file_with(graph: GraphProto, metadata: &Metadata) -> Vec<u8> {
+    let entry = |(key, value): (String, &str)| StringStringEntryProto {
+        key,
+        value: value.to_owned(),
+    };
+    let mut model = ModelProto {
+        ir_version: IR_VERSION,
+        opset_import: operator_sets(),
+        producer_name: env!("CARGO_PKG_NAME").into(),
+        producer_version: env!("CARGO_PKG_VERSION").into(),
+        graph: Some(graph),
+        metadata_props: metadata.to_file().map(entry).collect(),
+        ..Default::default()
+    };
+    seal(&mut model);
+    model.encode_to_vec()
 }
 
 /// The value of a node's attribute.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Attribute<'a> {
+pub(super) enum Attribute<'a> {
     /// One integer.
     Int(i64),
     /// A list of integers.

@@ -1,4 +1,5 @@
-//! Trained networks as strategies: ONNX files, run by tract.
+//! Trained networks as strategies: ONNX files. Networks of this program run as they do in training, all
+//! others in tract.
 //!
 //! Files of this program have metadata that describes how to encode the observation. Files of
 //! other programs (Stable-Baselines3 with torch's exporters) are accepted if the sizes of their
@@ -6,6 +7,8 @@
 
 #[cfg(feature = "onnx")]
 mod check;
+#[cfg(feature = "onnx")]
+mod export;
 #[cfg(feature = "onnx")]
 mod external;
 #[cfg(feature = "onnx")]
@@ -17,6 +20,8 @@ mod graph;
 mod metadata;
 #[cfg(feature = "onnx")]
 mod model;
+#[cfg(feature = "onnx")]
+mod native;
 #[cfg(feature = "onnx")]
 mod ports;
 #[cfg(feature = "onnx")]
@@ -30,9 +35,9 @@ mod strategy;
 mod trained;
 
 #[cfg(feature = "onnx")]
-pub(crate) use external::weight_files;
+pub use export::export;
 #[cfg(feature = "onnx")]
-pub(crate) use graph::{Attribute, GraphBuilder, INPUT, MASK};
+pub(crate) use external::weight_files;
 pub use metadata::Metadata;
 #[cfg(feature = "onnx")]
 pub use model::{Policy, PolicyState};

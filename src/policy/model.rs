@@ -1,12 +1,14 @@
 //! A policy read from its file and prepared to run.
 
 use super::check;
-use super::graph::OUTPUT;
+use super::graph::{OUTPUT, operator_sets};
 use super::metadata::Metadata;
+use super::native::NativeNetwork;
 use super::ports::{Input, MaskKind, Part, Ports, Real};
 use crate::decision::observation::Layout;
 use crate::error::{Error, Result, shown};
 use crate::files::folder_of;
+use crate::nn::Workspace;
 use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
@@ -33,7 +35,15 @@ pub struct Policy {
     output: usize,
     /// A remark about that choice, if there are several outputs.
     remark: Option<String>,
-    plan: Arc<TypedRunnableModel>,
+    engine: Engine,
+}
+
+/// What runs the network.
+#[derive(Clone)]
+enum Engine {
+    /// The code that trained it.
+    Native(Arc<NativeNetwork>),
+    Tract(Arc<TypedRunnableModel>),
 }
 
 impl fmt::Debug for Policy {
@@ -99,17 +109,14 @@ impl Policy {
         ports: Ports,
         place: &str,
     ) -> Result<Self> {
-        let build = || build(model, &ports).map_err(|error| format!("{error:#}"));
-        // tract does not validate its input in places that our checks do not cover.
-        let plan = std::panic::catch_unwind(std::panic::AssertUnwindSafe(build))
-            .unwrap_or_else(|_| Err("tract panicked".into()))
-            .map_err(|error| {
-                Error::input(
-                    place,
-                    format!("the network cannot be run: {}", shown(&error)),
-                    "give a policy that uses standard operators, operator set 9 to 20",
-                )
-            })?;
+        let ours = || NativeNetwork::read(graph, &ports.layout);
+        let standard = model.opset_import == operator_sets() && model.functions.is_empty();
+        let native = standard.then(ours).flatten();
+        let is_native = native.is_some();
+        let engine = match native {
+            Some(network) => Engine::Native(Arc::new(network)),
+            None => Engine::Tract(in_tract(model, &ports, place)?),
+        };
         let mut policy = Self {
             layout: ports.layout,
             metadata,
@@ -118,9 +125,11 @@ impl Policy {
             inputs: ports.inputs.iter().map(|input| input.kind).collect(),
             output: 0,
             remark: None,
-            plan,
+            engine,
         };
-        policy.find_output(graph)?;
+        if !is_native {
+            policy.find_output(graph)?;
+        }
         Ok(policy)
     }
 
@@ -128,8 +137,11 @@ impl Policy {
     fn find_output(&mut self, graph: &GraphProto) -> Result<()> {
         let observation = vec![0.0; self.layout.observation()];
         let mask = vec![true; self.layout.actions()];
-        let mut state = self.state()?;
-        let outputs = state.run(&observation, &mask)?;
+        let Engine::Tract(plan) = &self.engine else {
+            return Ok(());
+        };
+        let mut state = plan.spawn().map_err(|error| self.failed(&error))?;
+        let outputs = self.run(&mut state, &observation, &mask)?;
         let actions = self.layout.actions();
         let fits = |value: &TValue| value.len() == self.rows * actions && is_real(value);
         let names: Vec<&str> = graph.output.iter().map(|o| o.name.as_str()).collect();
@@ -187,52 +199,31 @@ impl Policy {
     /// # Errors
     /// Never for a loaded policy; tract returns a `Result`.
     pub fn state(&self) -> Result<PolicyState> {
-        let state = self.plan.spawn().map_err(|error| self.failed(&error))?;
+        let state = match &self.engine {
+            Engine::Native(network) => EngineState::Native(network.clone(), Workspace::default()),
+            Engine::Tract(plan) => {
+                EngineState::Tract(plan.spawn().map_err(|error| self.failed(&error))?)
+            }
+        };
         Ok(PolicyState {
             policy: self.clone(),
             state,
         })
     }
 
-    fn failed(&self, error: &dyn fmt::Display) -> Error {
-        Error::input(
-            &self.place,
-            format!("the network fails: {}", shown(&format!("{error:#}"))),
-            "give a policy for one observation at a time, or for a dynamic batch",
-        )
-    }
-}
-
-/// A policy with the buffers needed to run it.
-#[derive(Debug)]
-pub struct PolicyState {
-    policy: Policy,
-    state: TypedSimpleState,
-}
-
-impl PolicyState {
-    /// Writes the logits [actions] of one observation.
-    ///
-    /// # Errors
-    /// Never for a loaded policy; tract returns a `Result`.
-    pub fn logits(&mut self, observation: &[f32], mask: &[bool], to: &mut [f32]) -> Result<()> {
-        let outputs = self.run(observation, mask)?;
-        let values = real_numbers(&outputs[self.policy.output]);
-        let values = values.map_err(|error| self.policy.failed(&error))?;
-        let mut values = values.into_iter().take(to.len()).collect::<Vec<f64>>();
-        fit_single(&mut values, mask);
-        let values: Vec<f32> = values.into_iter().map(|value| value as f32).collect();
-        to.copy_from_slice(&values[..to.len()]);
-        Ok(())
-    }
-
-    fn run(&mut self, observation: &[f32], mask: &[bool]) -> Result<TVec<TValue>> {
-        let rows = self.policy.rows;
+    /// Runs a network in tract.
+    fn run(
+        &self,
+        state: &mut TypedSimpleState,
+        observation: &[f32],
+        mask: &[bool],
+    ) -> Result<TVec<TValue>> {
+        let rows = self.rows;
         let mut inputs: TVec<TValue> = tvec!();
-        for input in &self.policy.inputs {
+        for input in &self.inputs {
             let tensor = match input {
                 Input::Observation(part, real) => {
-                    let globals = self.policy.layout.globals();
+                    let globals = self.layout.globals();
                     let numbers = match part {
                         Part::Whole => observation,
                         Part::Globals => &observation[..globals],
@@ -250,15 +241,53 @@ impl PolicyState {
                     repeated(&mask, rows)
                 }
             };
-            inputs.push(
-                tensor
-                    .map_err(|error| self.policy.failed(&error))?
-                    .into_tvalue(),
-            );
+            inputs.push(tensor.map_err(|error| self.failed(&error))?.into_tvalue());
         }
-        self.state
-            .run(inputs)
-            .map_err(|error| self.policy.failed(&error))
+        state.run(inputs).map_err(|error| self.failed(&error))
+    }
+
+    fn failed(&self, error: &dyn fmt::Display) -> Error {
+        Error::input(
+            &self.place,
+            format!("the network fails: {}", shown(&format!("{error:#}"))),
+            "give a policy for one observation at a time, or for a dynamic batch",
+        )
+    }
+}
+
+/// A policy with the buffers needed to run it.
+#[derive(Debug)]
+pub struct PolicyState {
+    policy: Policy,
+    state: EngineState,
+}
+
+#[derive(Debug)]
+enum EngineState {
+    Native(Arc<NativeNetwork>, Workspace),
+    Tract(TypedSimpleState),
+}
+
+impl PolicyState {
+    /// Writes the logits [actions] of one observation.
+    ///
+    /// # Errors
+    /// Never for a loaded policy; tract returns a `Result`.
+    pub fn logits(&mut self, observation: &[f32], mask: &[bool], to: &mut [f32]) -> Result<()> {
+        let outputs = match &mut self.state {
+            EngineState::Native(network, work) => {
+                network.logits(observation, mask, work, to);
+                return Ok(());
+            }
+            EngineState::Tract(state) => self.policy.run(state, observation, mask)?,
+        };
+        let values = real_numbers(&outputs[self.policy.output]);
+        let values = values.map_err(|error| self.policy.failed(&error))?;
+        let mut values = values.into_iter().take(to.len()).collect::<Vec<f64>>();
+        fit_single(&mut values, mask);
+        let values: Vec<f32> = values.into_iter().map(|value| value as f32).collect();
+        to.copy_from_slice(&values[..to.len()]);
+        Ok(())
     }
 }
 
@@ -334,6 +363,21 @@ fn repeated<T: Datum + Copy>(row: &[T], rows: usize) -> TractResult<Tensor> {
     }
 }
 
+/// The network of `model`, prepared by tract.
+fn in_tract(model: &ModelProto, ports: &Ports, place: &str) -> Result<Arc<TypedRunnableModel>> {
+    let build = || build(model, ports).map_err(|error| format!("{error:#}"));
+    // tract does not validate its input in places that our checks do not cover.
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(build))
+        .unwrap_or_else(|_| Err("tract panicked".into()))
+        .map_err(|error| {
+            Error::input(
+                place,
+                format!("the network cannot be run: {}", shown(&error)),
+                "give a policy that uses standard operators, operator set 9 to 20",
+            )
+        })
+}
+
 fn build(model: &ModelProto, ports: &Ports) -> TractResult<Arc<TypedRunnableModel>> {
     // torch's exporters write sizes of intermediate values that contradict a fixed batch.
     let framework = tract_onnx::onnx().with_ignore_value_info(true);
@@ -354,4 +398,16 @@ fn build(model: &ModelProto, ports: &Ports) -> TractResult<Arc<TypedRunnableMode
         network.set_input_fact(place, fact)?;
     }
     network.into_optimized()?.into_runnable()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Otherwise every decision would take several times as long.
+    #[test]
+    fn the_shipped_policy_runs_as_it_was_trained() {
+        let policy = Policy::shipped().unwrap();
+        assert!(matches!(policy.engine, Engine::Native(_)));
+    }
 }

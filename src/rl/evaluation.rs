@@ -1,11 +1,11 @@
 //! Evaluates a network on patterns that no training uses.
 
-use super::nn::Network;
 use super::player::NetworkPlayer;
 use crate::decision::Figures;
 use crate::decision::observation::Layout;
 use crate::dispatch::RuleAssignment;
 use crate::error::Result;
+use crate::nn::Network;
 use crate::sim::{AssignmentTree, Scene, simulate, simulate_rules};
 use crate::stats::mean;
 use rayon::prelude::*;

@@ -5,13 +5,13 @@
 //! no-regret online learning" (DAgger), arXiv 1011.0686. In the first round the expert plays;
 //! in later rounds the network plays and the expert says what it would have done.
 
-use super::nn::Network;
 use super::player::NetworkPlayer;
 use super::ppo::{Learner, Minibatch, PpoSettings, Sample, Terms, log_softmax};
 use super::reward::Reward;
 use crate::decision::observation::{Encoder, Layout};
 use crate::decision::{Action, Strategy, answer};
 use crate::error::Result;
+use crate::nn::Network;
 use crate::setters::setters;
 use crate::sim::{Run, Scene};
 use rand::Rng;

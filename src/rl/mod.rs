@@ -6,10 +6,8 @@ mod demonstration;
 pub mod domain;
 mod environment;
 mod evaluation;
-#[cfg(feature = "onnx")]
-mod export;
 mod imitation;
-pub mod nn;
+
 mod plan;
 mod plan_file;
 mod player;
@@ -27,10 +25,8 @@ pub(crate) use domain::check_drawn_classes;
 pub use domain::{Course, Domain};
 pub use environment::{DispatchEnvironment, Step};
 pub use evaluation::{Trial, TrialName};
-#[cfg(feature = "onnx")]
-pub use export::export;
 pub use imitation::Imitation;
-pub use plan::{Keep, PRESETS, Plan, shape};
+pub use plan::{Keep, PRESETS, Plan};
 pub use player::NetworkPlayer;
 pub use reward::Reward;
 #[cfg(feature = "onnx")]

@@ -2,11 +2,11 @@
 
 use super::domain::{ClosedInterval, Domain};
 use super::imitation::Imitation;
-use super::nn::{Activation, Architecture, Shape};
 use super::ppo::{GROUP, PpoSettings};
 use super::reward::Reward;
 use crate::decision::observation::{Layout, View};
 use crate::error::{Error, Result, known_names, shown};
+use crate::nn::{Activation, Architecture, Shape};
 use crate::setters::setters;
 use serde::{Deserialize, Serialize};
 
@@ -288,15 +288,5 @@ impl Plan {
     /// An unknown view, no slots or too many slots.
     pub fn layout(&self) -> Result<Layout> {
         Layout::new(self.view.parse()?, self.slots, self.wait)
-    }
-}
-
-/// The network's shape for a layout.
-pub fn shape(layout: &Layout) -> Shape {
-    Shape {
-        globals: layout.globals(),
-        slots: layout.slots,
-        slot_features: layout.slot_features(),
-        wait: layout.wait,
     }
 }

@@ -152,7 +152,7 @@ mod tests {
         expected.ppo.target_kl = Some(0.02);
         expected.architecture = Plan::preset("paper").unwrap().architecture;
         match &mut expected.architecture {
-            crate::rl::nn::Architecture::Mlp { hidden, .. } => *hidden = vec![8],
+            crate::nn::Architecture::Mlp { hidden, .. } => *hidden = vec![8],
             other => panic!("{other:?}"),
         }
         assert_eq!(plan, expected);

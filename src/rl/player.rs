@@ -1,9 +1,9 @@
 //! A network as a strategy, without a file in between.
 
-use super::nn::{Network, ObservationBatch, Workspace};
 use super::ppo::likeliest;
 use crate::decision::observation::{Encoder, Layout};
 use crate::decision::{Action, Snapshot, Strategy};
+use crate::nn::{Network, ObservationBatch, Workspace};
 
 /// Chooses the most likely action of a network.
 #[derive(Debug)]
@@ -39,7 +39,7 @@ impl Strategy for NetworkPlayer<'_> {
             masks: &self.mask,
             rows: 1,
         };
-        self.network.forward(self.parameters, batch, &mut self.work);
+        self.network.decide(self.parameters, batch, &mut self.work);
         let best = likeliest(&self.work.logits[..self.mask.len()], &self.mask);
         // The most likely allowed action is always legal.
         self.encoder

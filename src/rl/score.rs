@@ -1,11 +1,10 @@
 //! The results of a training: the learning curve, the network to keep so far, the record.
 
 use super::evaluation::{Trial, TrialName};
-use super::export::export;
 use super::plan::{Keep, Plan};
 use super::trainer::{Phase, Round, Trainer};
 use crate::error::{Error, Result};
-use crate::policy::{Metadata, Trained};
+use crate::policy::{Metadata, Trained, export};
 use crate::stats::mean;
 use serde::{Deserialize, Serialize};
 use std::fmt;

@@ -7,12 +7,12 @@
 use super::courses::Courses;
 use super::domain::Course;
 use super::imitation::{Answers, Pupil};
-use super::nn::{Adam, Network};
-use super::plan::{Plan, shape};
+use super::plan::Plan;
 use super::ppo::{GROUP, Group, Learner, Terms};
 use crate::decision::Figures;
 use crate::decision::observation::Layout;
 use crate::error::{Error, Result};
+use crate::nn::{Adam, Network, Shape};
 use crate::optimize::Environment;
 use crate::pattern::{Pattern, random_stream};
 use crate::sim::Scene;
@@ -118,7 +118,7 @@ impl Trainer {
             let made = station.with_belt_speed(speed);
             made.map_err(|error| error.inside("the training plan: domain.speed").into_usage())?;
         }
-        let network = Network::new(&plan.architecture, shape(&layout));
+        let network = Network::new(&plan.architecture, Shape::of(&layout));
         let parameters = network.initial(&mut random_stream(seed, SHUFFLE));
         Ok(Self {
             learner: Learner::new(network, parameters),

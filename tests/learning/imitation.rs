@@ -1,9 +1,9 @@
 //! Learning from the answers of an expert.
 
 use crate::rl::{small, stations};
+use pickline::nn::Adam;
 use pickline::optimize::{Environment as Work, Silent};
 use pickline::rl::domain::{Domain, scenes};
-use pickline::rl::nn::Adam;
 use pickline::rl::{Imitation, Plan, Round, Trainer};
 use pickline::sim::simulate_rules;
 use pickline::strategies::read_alone;

@@ -3,10 +3,10 @@
 use super::policy_forms::{model, node, value};
 use pickline::decision::observation::{Encoder, Layout};
 use pickline::decision::{Action, Snapshot, Strategy};
+use pickline::nn::{Activation, Architecture, Network, Shape};
 use pickline::pattern::grid;
 use pickline::policy::{Policy, PolicyStrategy};
-use pickline::rl::nn::{Activation, Architecture, Network};
-use pickline::rl::{NetworkPlayer, shape};
+use pickline::rl::NetworkPlayer;
 use pickline::sim::{Scene, simulate};
 use pickline::station::built_in;
 use prost::Message as _;
@@ -158,7 +158,7 @@ fn a_player_never_picks_an_empty_slot() {
         hidden: vec![2],
         activation: Activation::Tanh,
     };
-    let network = Network::new(&architecture, shape(&PAPER));
+    let network = Network::new(&architecture, Shape::of(&PAPER));
     let Network::Mlp(net) = &network else {
         panic!("an MLP");
     };

@@ -3,12 +3,12 @@
 use nalgebra::Point2;
 use pickline::decision::observation::{Encoder, Layout, View};
 use pickline::decision::{Action, Strategy};
+use pickline::nn::{Activation, Architecture, Network, Shape};
 use pickline::optimize::{Environment as Work, Silent};
 use pickline::pattern::{Item, Pattern, random_stream};
 use pickline::rl::domain::{Domain, scenes};
-use pickline::rl::nn::{Activation, Architecture, Network};
 use pickline::rl::ppo::{GROUP, Group, Learner, PpoSettings};
-use pickline::rl::{Batch, DispatchEnvironment, NetworkPlayer, Plan, Reward, Step, Trainer, shape};
+use pickline::rl::{Batch, DispatchEnvironment, NetworkPlayer, Plan, Reward, Step, Trainer};
 use pickline::sim::{Run, Scene, simulate};
 use pickline::station::{Belt, Robot, Station, built_in};
 use pickline::strategies::read_alone;
@@ -366,7 +366,7 @@ fn the_best_policy_of_a_trivial_station_is_found_exported_and_reloaded() {
         width: 16,
         activation: Activation::Relu,
     };
-    let network = Network::new(&architecture, shape(&layout));
+    let network = Network::new(&architecture, Shape::of(&layout));
     let parameters = network.initial(&mut random_stream(1, 0));
     let mut learner = Learner::new(network, parameters);
     let group = |first| Group::new(&scenes, layout, reward, (first * GROUP, GROUP), 1).unwrap();
@@ -396,9 +396,9 @@ fn the_best_policy_of_a_trivial_station_is_found_exported_and_reloaded() {
 
     #[cfg(feature = "onnx")]
     {
-        use pickline::policy::{Metadata, Policy, PolicyStrategy};
+        use pickline::policy::{Metadata, Policy, PolicyStrategy, export};
         let metadata = Metadata::new(&layout);
-        let bytes = pickline::rl::export(network, parameters, &layout, &metadata);
+        let bytes = export(network, parameters, &layout, &metadata);
         let policy = Policy::from_bytes(&bytes, "trivial.onnx").unwrap();
         for scene in &scenes {
             let picks = |strategy: &mut dyn Strategy| simulate(scene, strategy).unwrap().picks;

@@ -1,7 +1,7 @@
 //! One minibatch update against figures recorded from Stable-Baselines3
 //! (`tests/sb3/record.py`): advantages, the terms of the loss, every updated weight.
 
-use pickline::rl::nn::{Activation, Mlp, Network, Shape};
+use pickline::nn::{Activation, Mlp, Network, Shape};
 use pickline::rl::ppo::{Learner, Minibatch, PpoSettings, Sample, advantages};
 use serde::Deserialize;
 use std::collections::BTreeMap;

@@ -3,7 +3,7 @@
 use super::loss::{Sample, Terms, sample_loss};
 use super::rollout::Group;
 use super::settings::PpoSettings;
-use crate::rl::nn::{Adam, Network, ObservationBatch, Workspace, clip_gradient};
+use crate::nn::{Adam, Network, ObservationBatch, Workspace, clip_gradient};
 use rand::Rng;
 use rand::seq::SliceRandom;
 use rayon::prelude::*;

@@ -1,6 +1,7 @@
 //! A layer `y = x W + b` whose parameters are part of the network's flat vector.
 
 use super::matrix::{MatrixView, multiply, multiply_nt, multiply_tn};
+use std::ops::Range;
 
 /// Positions of a layer's weights [inputs, outputs] and biases [outputs].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,20 +27,30 @@ impl Linear {
         layer
     }
 
+    /// Where the weights are among all parameters.
+    pub(crate) fn weights(&self) -> Range<usize> {
+        self.start..self.start + self.inputs * self.outputs
+    }
+
+    /// Where the biases are; empty without a bias.
+    pub(crate) fn biases(&self) -> Range<usize> {
+        let start = self.weights().end;
+        start..start + if self.has_bias { self.outputs } else { 0 }
+    }
+
     /// The weights, as a part of all parameters.
     pub fn weight<'p>(&self, parameters: &'p [f32]) -> &'p [f32] {
-        &parameters[self.start..self.start + self.inputs * self.outputs]
+        &parameters[self.weights()]
     }
 
     /// The weights, mutable.
     pub(crate) fn weight_mut<'p>(&self, parameters: &'p mut [f32]) -> &'p mut [f32] {
-        &mut parameters[self.start..self.start + self.inputs * self.outputs]
+        &mut parameters[self.weights()]
     }
 
     /// The biases, as a part of all parameters; empty without a bias.
     pub fn bias<'p>(&self, parameters: &'p [f32]) -> &'p [f32] {
-        let start = self.start + self.inputs * self.outputs;
-        &parameters[start..start + if self.has_bias { self.outputs } else { 0 }]
+        &parameters[self.biases()]
     }
 
     fn view<'p>(&self, parameters: &'p [f32]) -> MatrixView<'p> {
@@ -90,8 +101,7 @@ impl Linear {
         let x = MatrixView::strided(x, rows, self.inputs, stride);
         multiply_tn(x, dy_view, 1.0, self.weight_mut(gradient));
         if self.has_bias {
-            let start = self.start + self.inputs * self.outputs;
-            let bias = &mut gradient[start..start + self.outputs];
+            let bias = &mut gradient[self.biases()];
             for row in dy[..rows * self.outputs].chunks_exact(self.outputs) {
                 bias.iter_mut().zip(row).for_each(|(b, d)| *b += d);
             }

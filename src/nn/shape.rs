@@ -1,5 +1,6 @@
 //! What goes into a network: the shape of a decision, and batches of observations.
 
+use crate::decision::observation::Layout;
 use serde::{Deserialize, Serialize};
 
 /// Input and output of one decision. An observation is `globals` numbers followed by `slots`
@@ -17,6 +18,16 @@ pub struct Shape {
 }
 
 impl Shape {
+    /// Input and output of a network that reads observations of this layout.
+    pub fn of(layout: &Layout) -> Self {
+        Self {
+            globals: layout.globals(),
+            slots: layout.slots,
+            slot_features: layout.slot_features(),
+            wait: layout.wait,
+        }
+    }
+
     /// Number of features in an observation.
     pub fn observation(&self) -> usize {
         self.globals + self.slots * self.slot_features

@@ -116,6 +116,16 @@ impl Network {
         }
     }
 
+    /// Computes the workspace's logits only, which is what a decision needs.
+    pub fn decide(&self, parameters: &[f32], batch: ObservationBatch, work: &mut Workspace) {
+        match self {
+            Self::Mlp(net) => net.decide(parameters, batch, &mut work.mlp, &mut work.logits),
+            Self::Scorer(net) => {
+                net.decide(parameters, batch, &mut work.scorer, &mut work.logits);
+            }
+        }
+    }
+
     /// Adds the gradient of a loss to `gradient`, given its derivatives with respect to logits
     /// [rows, actions] and values [rows], after [`Network::forward`] on the same batch.
     /// Derivatives of forbidden logits must be 0.

@@ -135,11 +135,23 @@ impl Scorer {
         buffers: &mut ScorerBuffers,
         (logits, values): (&mut Vec<f32>, &mut Vec<f32>),
     ) {
+        self.decide(parameters, batch, buffers, logits);
+        let globals = (batch.observations, self.shape.observation());
+        self.forward_value(parameters, globals, batch.rows, buffers, values);
+    }
+
+    /// Computes `logits` [rows, actions] of the batch.
+    pub(crate) fn decide(
+        &self,
+        parameters: &[f32],
+        batch: ObservationBatch,
+        buffers: &mut ScorerBuffers,
+        logits: &mut Vec<f32>,
+    ) {
         let observations = &batch.observations[..batch.rows * self.shape.observation()];
         let globals = (observations, self.shape.observation());
         buffers.rows.gather(&self.shape, observations, batch.masks);
         self.forward_policy(parameters, globals, batch.rows, buffers, logits);
-        self.forward_value(parameters, globals, batch.rows, buffers, values);
     }
 
     /// Computes `logits` [count, actions].

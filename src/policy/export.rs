@@ -1,8 +1,11 @@
 //! A trained network as an ONNX file.
 
-use super::nn::{Activation, Head, Linear, Mlp, Network, Scorer, SetEncoder};
+use super::graph::{Attribute, GraphBuilder, INPUT, MASK, file_with};
+use super::metadata::Metadata;
 use crate::decision::observation::Layout;
-use crate::policy::{Attribute, GraphBuilder, INPUT, MASK, Metadata};
+use crate::nn::{Activation, Head, Linear, Mlp, Network, Scorer, SetEncoder};
+use std::ops::Range;
+use tract_onnx::pb::GraphProto;
 
 /// Masked slots are lowered by this much, to exclude them from the pooled maximum.
 const BELOW_ALL: f32 = 1e9;
@@ -14,37 +17,54 @@ pub fn export(
     layout: &Layout,
     metadata: &Metadata,
 ) -> Vec<u8> {
+    file_with(to_graph(network, parameters, layout).graph, metadata)
+}
+
+/// A network as a graph.
+pub(super) struct NetworkGraph {
+    pub graph: GraphProto,
+    /// Which of the graph's constants are parameters, and which of them.
+    pub layers: Vec<(usize, Range<usize>)>,
+}
+
+/// The graph of a network, without its value.
+pub(super) fn to_graph(network: &Network, parameters: &[f32], layout: &Layout) -> NetworkGraph {
     let mut writer = Writer {
         graph: GraphBuilder::default(),
         parameters,
+        layers: Vec::new(),
     };
     let logits = match network {
         Network::Mlp(net) => writer.mlp(net),
         Network::Scorer(net) => writer.scorer(net, layout),
     };
     let sizes = (layout.observation(), layout.actions());
-    writer.graph.finish(&logits, sizes, metadata)
+    NetworkGraph {
+        layers: writer.layers,
+        graph: writer.graph.finish(&logits, sizes),
+    }
 }
 
 struct Writer<'p> {
     graph: GraphBuilder,
     parameters: &'p [f32],
+    layers: Vec<(usize, Range<usize>)>,
 }
 
 impl Writer<'_> {
-    fn weight(&mut self, layer: &Linear) -> String {
-        let shape = [layer.inputs, layer.outputs];
-        self.graph.weight(&shape, layer.weight(self.parameters))
+    /// The constant with the parameters of `range`.
+    fn constant(&mut self, shape: &[usize], range: Range<usize>) -> String {
+        self.layers.push((self.graph.constants(), range.clone()));
+        self.graph.weight(shape, &self.parameters[range])
     }
 
     /// `x W + b` of a matrix.
     fn dense(&mut self, layer: &Linear, x: &str) -> String {
-        let weight = self.weight(layer);
-        let bias = layer.bias(self.parameters);
-        if bias.is_empty() {
+        let weight = self.constant(&[layer.inputs, layer.outputs], layer.weights());
+        if layer.biases().is_empty() {
             return self.graph.node("MatMul", &[x, &weight]);
         }
-        let bias = self.graph.weight(&[layer.outputs], bias);
+        let bias = self.constant(&[layer.outputs], layer.biases());
         self.graph.node("Gemm", &[x, &weight, &bias])
     }
 

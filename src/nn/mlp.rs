@@ -96,25 +96,44 @@ impl Mlp {
         buffers: &mut MlpBuffers,
         (logits, values): (&mut Vec<f32>, &mut Vec<f32>),
     ) {
-        for (layers, tower, output) in [
-            (&self.policy, &mut buffers.policy, logits),
-            (&self.value, &mut buffers.value, values),
-        ] {
-            tower.hidden.resize_with(layers.len() - 1, Vec::new);
-            for (i, layer) in layers.iter().enumerate() {
-                let (before, rest) = tower.hidden.split_at_mut(i);
-                let x = before.last().map_or(batch.observations, |h| h.as_slice());
-                let size = batch.rows * layer.outputs;
-                match rest.first_mut() {
-                    Some(hidden) => {
-                        reserve(hidden, size);
-                        layer.forward(parameters, x, layer.inputs, batch.rows, hidden);
-                        self.activation.apply(&mut hidden[..size]);
-                    }
-                    None => {
-                        reserve(output, size);
-                        layer.forward(parameters, x, layer.inputs, batch.rows, output);
-                    }
+        self.decide(parameters, batch, buffers, logits);
+        self.climb(parameters, batch, &self.value, &mut buffers.value, values);
+    }
+
+    /// Computes `logits` [rows, actions] of the batch.
+    pub(crate) fn decide(
+        &self,
+        parameters: &[f32],
+        batch: ObservationBatch,
+        buffers: &mut MlpBuffers,
+        logits: &mut Vec<f32>,
+    ) {
+        self.climb(parameters, batch, &self.policy, &mut buffers.policy, logits);
+    }
+
+    /// Computes the `output` of one tower's `layers`.
+    fn climb(
+        &self,
+        parameters: &[f32],
+        batch: ObservationBatch,
+        layers: &[Linear],
+        tower: &mut Tower,
+        output: &mut Vec<f32>,
+    ) {
+        tower.hidden.resize_with(layers.len() - 1, Vec::new);
+        for (i, layer) in layers.iter().enumerate() {
+            let (before, rest) = tower.hidden.split_at_mut(i);
+            let x = before.last().map_or(batch.observations, |h| h.as_slice());
+            let size = batch.rows * layer.outputs;
+            match rest.first_mut() {
+                Some(hidden) => {
+                    reserve(hidden, size);
+                    layer.forward(parameters, x, layer.inputs, batch.rows, hidden);
+                    self.activation.apply(&mut hidden[..size]);
+                }
+                None => {
+                    reserve(output, size);
+                    layer.forward(parameters, x, layer.inputs, batch.rows, output);
                 }
             }
         }
