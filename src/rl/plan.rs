@@ -6,7 +6,7 @@ use super::ppo::{GROUP, PpoSettings};
 use super::reward::Reward;
 use crate::decision::observation::{Layout, View};
 use crate::error::{Error, Result, known_names, shown};
-use crate::nn::{Activation, Architecture, Shape};
+use crate::nn::{Activation, Architecture};
 use crate::setters::setters;
 use serde::{Deserialize, Serialize};
 

@@ -10,7 +10,7 @@
 //! computed in whole numbers, so no rounding can lower the bound.
 
 use super::BoundObjective;
-use super::network::paths::Ending;
+use super::network::best_two::BestTwo;
 use super::network::{SlotNetwork, Slots, earliest_release, picks};
 use crate::sim::Scene;
 
@@ -60,7 +60,7 @@ pub(super) struct DualEvaluation {
     /// For each robot, the value of the best path up to each node.
     pub values: Vec<Vec<i64>>,
     /// For each robot, the best paths that end in each node and place.
-    pub endings: Vec<Vec<Ending>>,
+    pub endings: Vec<Vec<BestTwo>>,
 }
 
 /// Prices of items that must be picked may be as low as minus this many times the largest

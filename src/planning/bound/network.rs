@@ -10,7 +10,8 @@
 //! place where the pick begins to its bin, and waiting from each slot to the next at the same place.
 //! Picks that begin and end in one slot are relaxed: after them the robot may be anywhere.
 
-pub(super) mod paths;
+pub(super) mod best_two;
+mod paths;
 mod to_come;
 
 use crate::decision::{Candidate, Moment};

@@ -1,6 +1,7 @@
 //! A schedule to compare with the bound: what the prices tell each robot to do.
 
 use super::dual::Dual;
+use super::network::best_two::BestTwo;
 use crate::decision::{Action, Outcome, Snapshot, Strategy};
 use crate::error::Result;
 use crate::sim::{Scene, simulate};
@@ -15,7 +16,7 @@ struct PriceStrategy<'a> {
     dual: &'a Dual,
     rewards: Vec<i64>,
     /// For each robot, what it can still get from each place of its network on.
-    to_come: Vec<Vec<i64>>,
+    to_come: Vec<Vec<BestTwo>>,
     /// For each robot, the place up to which `to_come` is out of date.
     stale: Vec<usize>,
     /// For each robot and item, the last place from which a pick of the item begins.
@@ -45,12 +46,13 @@ impl Strategy for PriceStrategy<'_> {
         let next = slots.of(snapshot.time) + 1;
         let here = snapshot.places[robot];
         let after = |slot: u64, place: u16| network.position(network.nodes_up_to(slot), place);
-        let mut best = to_come[after(next, here)];
+        let mut best = to_come[after(next, here)].best;
         let mut choice = None;
         let moment = snapshot.moment();
         for (place, candidate) in snapshot.candidates.iter().enumerate() {
             let free = slots.of(snapshot.time + moment.processing_time(candidate));
-            let value = self.rewards[candidate.item as usize] + to_come[after(free, candidate.bin)];
+            let later = &to_come[after(free, candidate.bin)];
+            let value = self.rewards[candidate.item as usize] + later.beside(candidate.item);
             // Rather now than later; among several items, the one furthest downstream.
             if value > best || (value == best && choice.is_none()) {
                 best = value;
@@ -68,7 +70,7 @@ impl Strategy for PriceStrategy<'_> {
                 let all = network.slots().len() + 1;
                 // What is to come never increases with time.
                 let same = partition(all - first, |later| {
-                    to_come[network.position(first + later, here)] == best
+                    to_come[network.position(first + later, here)].best == best
                 });
                 let slot = network.slot_of_place(first + same - 1);
                 Action::WaitUntil(slots.start(slot.max(next)))
@@ -114,7 +116,7 @@ pub(super) fn schedule(scene: &Scene, dual: &Dual, prices: &[i64], share: f64) -
     let mut to_come = Vec::with_capacity(dual.networks.len());
     for network in &dual.networks {
         let places = network.slots().len() + 1;
-        let mut values = vec![0; network.positions()];
+        let mut values = vec![BestTwo::free(0); network.positions()];
         network.longest_path_from(&rewards, &mut values, 0..places);
         to_come.push(values);
     }

@@ -1,67 +1,7 @@
 //! The longest paths up to each node of a network, on which no item follows itself.
-//!
-//! Nothing else keeps a path from picking an item again and again while its window is open. So a
-//! node has not only the best path that ends there but also the best one with another last item: the
-//! first continues with every item but its last, the second with that one, as Christofides, Mingozzi and
-//! Toth 1981 (DOI 10.1007/BF01589353) exclude cycles of two.
 
+use super::best_two::{BestTwo, NONE, UNREACHED};
 use super::{Arc, SlotNetwork};
-
-/// The value of a node that no path leads to, far from the limits of the number type.
-const UNREACHED: i64 = i64::MIN / 4;
-/// No item.
-const NONE: u32 = u32::MAX;
-
-/// The best paths that end in a node and a place.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(in super::super) struct Ending {
-    /// The value of the best one.
-    best: i64,
-    /// The value of the best one with another last item.
-    other: i64,
-    /// The last item of the best one; none if every item may follow.
-    last: u32,
-}
-
-impl Ending {
-    /// No path.
-    const NOWHERE: Self = Self {
-        best: UNREACHED,
-        other: UNREACHED,
-        last: NONE,
-    };
-
-    /// A path of this value that every item may follow.
-    fn free(value: i64) -> Self {
-        Self {
-            best: value,
-            other: value,
-            last: NONE,
-        }
-    }
-
-    /// The value of the best path that `item` may follow.
-    fn before(&self, item: u32) -> i64 {
-        if self.last == item {
-            self.other
-        } else {
-            self.best
-        }
-    }
-
-    /// Adds a path of this value that ends with `item`.
-    fn enter(&mut self, value: i64, item: u32) {
-        if item == self.last {
-            self.best = self.best.max(value);
-        } else if value > self.best {
-            self.other = self.best;
-            self.best = value;
-            self.last = item;
-        } else {
-            self.other = self.other.max(value);
-        }
-    }
-}
 
 impl SlotNetwork {
     /// Computes the best value of any path up to each node with `rewards` per item, into
@@ -71,14 +11,14 @@ impl SlotNetwork {
         &self,
         rewards: &[i64],
         values: &mut Vec<i64>,
-        endings: &mut Vec<Ending>,
+        endings: &mut Vec<BestTwo>,
     ) {
         values.clear();
         endings.clear();
         if self.places.is_some() {
             return self.longest_path_by_place(rewards, values, endings);
         }
-        let mut here = Ending::free(0);
+        let mut here = BestTwo::free(0);
         values.push(0);
         endings.push(here);
         let mut loops = self.loops.iter().peekable();
@@ -89,7 +29,7 @@ impl SlotNetwork {
                 let reward = rewards[arc.item as usize];
                 // Hardly any path is among the best two, so the last item is rarely looked at.
                 if before.best + reward > here.other {
-                    here.enter(before.before(arc.item) + reward, arc.item);
+                    here.enter(before.beside(arc.item) + reward, arc.item);
                 }
             }
             begin = end as usize;
@@ -98,7 +38,7 @@ impl SlotNetwork {
                 *gain.get_or_insert(0) += rewards[*item as usize].max(0);
             }
             if let Some(gain) = gain {
-                here = Ending::free(here.best + gain);
+                here = BestTwo::free(here.best + gain);
             }
             values.push(here.best);
             endings.push(here);
@@ -109,14 +49,14 @@ impl SlotNetwork {
         &self,
         rewards: &[i64],
         values: &mut Vec<i64>,
-        endings: &mut Vec<Ending>,
+        endings: &mut Vec<BestTwo>,
     ) {
         let Some(places) = &self.places else {
             return;
         };
         let count = places.count;
-        endings.resize(count, Ending::NOWHERE);
-        endings[places.start] = Ending::free(0);
+        endings.resize(count, BestTwo::NOWHERE);
+        endings[places.start] = BestTwo::free(0);
         values.push(0);
         let mut loops = self.loops.iter().peekable();
         let mut begin = 0;
@@ -129,7 +69,7 @@ impl SlotNetwork {
                 let reward = rewards[arc.item as usize];
                 let to = &mut endings[here + usize::from(places.bins[arc.item as usize])];
                 if before.best + reward > to.other {
-                    to.enter(before.before(arc.item) + reward, arc.item);
+                    to.enter(before.beside(arc.item) + reward, arc.item);
                 }
             }
             begin = end as usize;
@@ -141,7 +81,7 @@ impl SlotNetwork {
             let mut best = best.fold(UNREACHED, i64::max);
             if let Some(gain) = gain {
                 best += gain;
-                endings[here..].fill(Ending::free(best));
+                endings[here..].fill(BestTwo::free(best));
             }
             values.push(best);
         }
@@ -152,7 +92,7 @@ impl SlotNetwork {
     pub(in super::super) fn follow(
         &self,
         rewards: &[i64],
-        endings: &[Ending],
+        endings: &[BestTwo],
         nodes: usize,
         mut visit: impl FnMut(u32),
     ) {
@@ -166,7 +106,7 @@ impl SlotNetwork {
             None => 0,
         };
         let value_of =
-            |at: usize, place: usize, next: u32| endings[at * count + place].before(next);
+            |at: usize, place: usize, next: u32| endings[at * count + place].beside(next);
         let mut at = nodes;
         // The item that follows, which must not be the last one here.
         let mut next = NONE;

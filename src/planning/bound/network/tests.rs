@@ -1,9 +1,10 @@
 //! Compares networks with hand-computed times, and with an enumeration of all paths.
 
+use super::best_two::BestTwo;
 use super::*;
 use crate::kinematics::Arm;
 use crate::station::ClassId;
-use crate::station::{Belt, Robot};
+use crate::station::{Belt, Bin, Robot};
 use proptest::prelude::*;
 use std::collections::{BTreeMap, HashMap};
 
@@ -188,13 +189,11 @@ impl Way {
     };
 }
 
-/// The best of all paths that go on from `way`, by enumeration, with no item twice in a row if
-/// `distinct`.
+/// The best of all paths that go on from `way`, by enumeration, with no item twice in a row.
 fn best_from(
     picks: &[(usize, u64, u64)],
     rewards: &[i64],
     way: Way,
-    distinct: bool,
     known: &mut HashMap<Way, i64>,
 ) -> i64 {
     let Way { slot, used, last } = way;
@@ -206,13 +205,13 @@ fn best_from(
     }
     // Wherever there are loops, nothing is remembered.
     let loops = picks.iter().any(|(_, d, a)| *d == slot && *a == slot);
-    let last = last.filter(|_| distinct && !loops);
+    let last = last.filter(|_| !loops);
     let next_slot = Way {
         slot: slot + 1,
         used: 0,
         last,
     };
-    let mut best = best_from(picks, rewards, next_slot, distinct, known);
+    let mut best = best_from(picks, rewards, next_slot, known);
     for &(item, departure, arrival) in picks {
         let next = match arrival == slot {
             _ if departure != slot => continue,
@@ -228,7 +227,7 @@ fn best_from(
                 last: Some(item),
             },
         };
-        best = best.max(rewards[item] + best_from(picks, rewards, next, distinct, known));
+        best = best.max(rewards[item] + best_from(picks, rewards, next, known));
     }
     known.insert(way, best);
     best
@@ -260,9 +259,8 @@ fn days() -> impl Strategy<Value = (Vec<Candidate>, f64, f64, Vec<i64>)> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
-    /// Forwards, the values equal those of the best of all paths without an item twice in a row;
-    /// backwards, completely and partially, those of the best of all paths. The path that is
-    /// followed has the computed value.
+    /// Forwards, and backwards completely and partially, the values equal those of the best of all paths
+    /// without an item twice in a row. The path that is followed has the computed value.
     #[test]
     fn values_are_those_of_the_best_path((queue, dwell, length, rewards) in days()) {
         let slots = Slots { length };
@@ -270,36 +268,36 @@ proptest! {
         let picks = picks(dwell, &queue, slots);
         prop_assert_eq!(network.arcs(), picks.len());
         prop_assert!(network.arcs() as f64 <= SlotNetwork::size(from_rest(&queue), slots));
-        let best = |rewards: &[i64], slot, distinct| {
+        let best = |rewards: &[i64], slot| {
             let way = Way { slot, ..Way::START };
-            best_from(&picks, rewards, way, distinct, &mut HashMap::new())
+            best_from(&picks, rewards, way, &mut HashMap::new())
         };
         let (mut values, mut endings) = (Vec::new(), Vec::new());
         network.longest_path(&rewards, &mut values, &mut endings);
         let places = network.slots().len() + 1;
         prop_assert_eq!(values.len(), places);
-        prop_assert_eq!(values[places - 1], best(&rewards, 0, true));
+        prop_assert_eq!(values[places - 1], best(&rewards, 0));
         for (place, &value) in values.iter().enumerate() {
             let mut found = 0;
             network.follow(&rewards, &endings, place, |item| found += rewards[item as usize]);
             prop_assert_eq!(found, value);
         }
         let whole = |rewards: &[i64]| {
-            let mut values = vec![0; places];
+            let mut values = vec![BestTwo::free(0); places];
             network.longest_path_from(rewards, &mut values, 0..places);
             values
         };
         let mut to_come = whole(&rewards);
-        for (place, &value) in to_come.iter().enumerate() {
+        for (place, value) in to_come.iter().enumerate() {
             // A robot that is free after this many nodes can leave in the slot after the last
             // one at the latest.
             let slot = match place {
                 0 => 0,
                 _ => network.slot_of_place(place),
             };
-            prop_assert!(value <= best(&rewards, slot, false), "{}", place);
+            prop_assert!(value.best <= best(&rewards, slot), "{}", place);
         }
-        prop_assert_eq!(to_come[0], best(&rewards, 0, false));
+        prop_assert_eq!(to_come[0].best, best(&rewards, 0));
         // A removed item changes only the values of places before its last one.
         let last = network.last_places(rewards.len());
         for item in 0..rewards.len() {
@@ -312,12 +310,114 @@ proptest! {
             let mut alone = vec![0; rewards.len()];
             alone[item] = 1;
             let alone = whole(&alone);
-            prop_assert!(alone[stale - 1] > 0 && alone[stale..].iter().all(|v| *v == 0));
+            prop_assert!(alone[stale - 1].best > 0 && alone[stale..].iter().all(|v| v.best == 0));
         }
         for (place, &slot) in network.slots().iter().enumerate() {
             prop_assert_eq!(network.slot_of_place(place + 1), slot);
             prop_assert_eq!(network.nodes_up_to(slot), place + 1);
         }
         prop_assert_eq!(network.slot_of_place(0), 0);
+    }
+}
+
+/// The line with another bin, 2 m upstream of the first, so that an item is cheap for the arm in one place
+/// and dear in the other.
+fn station_with_two_bins(dwell: f64) -> Station {
+    let plain = station(dwell);
+    let mut robot = plain.robots()[0].clone();
+    robot.bins.push(Bin {
+        name: "b2".into(),
+        at: [-1.0, 0.0].into(),
+        classes: Some(vec!["b".into()]),
+        ..robot.bins[0].clone()
+    });
+    Station::new(*plain.belt(), vec![robot]).unwrap()
+}
+
+/// A pick in slots of a robot with two bins: where and when it begins and ends.
+#[derive(Clone, Copy)]
+struct PlacedPick {
+    item: usize,
+    from: (u64, usize),
+    to: (u64, usize),
+}
+
+/// The best of all paths from `slot` and `place` on, by enumeration, with no item twice in a row.
+fn best_from_place(
+    picks: &[PlacedPick],
+    rewards: &[i64],
+    (slot, place, last): (u64, usize, Option<usize>),
+    known: &mut HashMap<(u64, usize, Option<usize>), i64>,
+) -> i64 {
+    if picks.iter().all(|pick| pick.from.0 < slot) {
+        return 0;
+    }
+    if let Some(&value) = known.get(&(slot, place, last)) {
+        return value;
+    }
+    let mut best = best_from_place(picks, rewards, (slot + 1, place, last), known);
+    for pick in picks {
+        if pick.from == (slot, place) && last != Some(pick.item) {
+            let (slot, place) = pick.to;
+            let next = (slot, place, Some(pick.item));
+            let value = rewards[pick.item] + best_from_place(picks, rewards, next, known);
+            best = best.max(value);
+        }
+    }
+    known.insert((slot, place, last), best);
+    best
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    /// The same for a robot with two bins, where picks are longer than slots.
+    #[test]
+    fn values_are_those_of_the_best_path_between_places(
+        (mut queue, _, length, rewards) in days(),
+        bins in prop::collection::vec(0..2u16, 5),
+    ) {
+        let (slots, dwell) = (Slots { length }, 1.01 * length);
+        for candidate in &mut queue {
+            candidate.bin = bins[candidate.item as usize];
+        }
+        let station = station_with_two_bins(dwell);
+        let from_both = || queue.iter().flat_map(|c| [(*c, 0), (*c, 1)]);
+        let mut picks = Vec::new();
+        for (candidate, from) in from_both() {
+            for slot in slots.of(candidate.open)..=slots.of(candidate.close) {
+                let time = slots.start(slot).max(candidate.open);
+                let moment = Moment::new(&station, 0, from, time);
+                let free = time + moment.processing_time(&candidate);
+                picks.push(PlacedPick {
+                    item: candidate.item as usize,
+                    from: (slot, from),
+                    to: (slots.of(free), usize::from(candidate.bin)),
+                });
+            }
+        }
+        let network = SlotNetwork::new(&station, 0, from_both(), slots);
+        let (mut values, mut endings) = (Vec::new(), Vec::new());
+        network.longest_path(&rewards, &mut values, &mut endings);
+        // The arm rests at the first bin.
+        let best = best_from_place(&picks, &rewards, (0, 0, None), &mut HashMap::new());
+        let last = values.len() - 1;
+        prop_assert_eq!(values[last], best);
+        let mut found = 0;
+        network.follow(&rewards, &endings, last, |item| found += rewards[item as usize]);
+        prop_assert_eq!(found, best);
+        let mut to_come = vec![BestTwo::free(0); network.positions()];
+        let all = 0..network.slots().len() + 1;
+        network.longest_path_from(&rewards, &mut to_come, all.clone());
+        for place in 0..2 {
+            let from = (0, usize::from(place), None);
+            let best = best_from_place(&picks, &rewards, from, &mut HashMap::new());
+            prop_assert_eq!(to_come[network.position(0, place)].best, best);
+        }
+        // In two parts, the later first.
+        let mut in_parts = to_come.clone();
+        in_parts[..network.position(all.end / 2, 0)].fill(BestTwo::free(7));
+        network.longest_path_from(&rewards, &mut in_parts, 0..all.end / 2);
+        prop_assert_eq!(in_parts, to_come);
     }
 }

@@ -1,5 +1,6 @@
-//! The longest paths from each node of a network on.
+//! The longest paths from each node of a network on, on which no item follows itself.
 
+use super::best_two::BestTwo;
 use super::{Arc, ArcPlaces, SlotNetwork};
 use std::ops::Range;
 
@@ -11,13 +12,13 @@ impl SlotNetwork {
     pub(in super::super) fn longest_path_from(
         &self,
         rewards: &[i64],
-        values: &mut [i64],
+        values: &mut [BestTwo],
         places: Range<usize>,
     ) {
         if let Some(own) = &self.places {
             return self.longest_path_from_places(own, rewards, values, places);
         }
-        values[places.clone()].fill(0);
+        values[places.clone()].fill(BestTwo::free(0));
         // An arc into a later node begins after `places`.
         let end = (places.end + self.longest_arc).min(self.slots.len());
         let begin = |node: u32| (node as usize) < end;
@@ -26,15 +27,17 @@ impl SlotNetwork {
             let mut here = values[node + 1];
             while loops > 0 && self.loops[loops - 1].0 as usize == node {
                 loops -= 1;
-                here += rewards[self.loops[loops].1 as usize].max(0);
+                // After loops the first item is not known.
+                here = BestTwo::free(here.best + rewards[self.loops[loops].1 as usize].max(0));
             }
             if node < places.end {
-                values[node] = values[node].max(here);
+                values[node].join(&here);
             }
             for arc in &self.arcs[self.first[node] as usize..self.first[node + 1] as usize] {
                 let from = arc.from as usize;
                 if places.contains(&from) {
-                    values[from] = values[from].max(here + rewards[arc.item as usize]);
+                    values[from]
+                        .enter(here.beside(arc.item) + rewards[arc.item as usize], arc.item);
                 }
             }
         }
@@ -44,16 +47,16 @@ impl SlotNetwork {
         &self,
         own: &ArcPlaces,
         rewards: &[i64],
-        values: &mut [i64],
+        values: &mut [BestTwo],
         span: Range<usize>,
     ) {
         let count = own.count;
-        values[span.start * count..span.end * count].fill(0);
+        values[span.start * count..span.end * count].fill(BestTwo::free(0));
         // An arc into a later node begins after `span`.
         let end = (span.end + self.longest_arc).min(self.slots.len());
         let begin = |node: u32| (node as usize) < end;
         let mut loops = self.loops.partition_point(|(node, _)| begin(*node));
-        let mut here = vec![0; count];
+        let mut here = vec![BestTwo::free(0); count];
         for node in (span.start..end).rev() {
             here.copy_from_slice(&values[(node + 1) * count..(node + 2) * count]);
             let mut gain = None;
@@ -62,12 +65,12 @@ impl SlotNetwork {
                 *gain.get_or_insert(0) += rewards[self.loops[loops].1 as usize].max(0);
             }
             if let Some(gain) = gain {
-                let best = here.iter().copied().fold(0, i64::max) + gain;
-                here.fill(best);
+                let best = here.iter().map(|from| from.best).fold(0, i64::max);
+                here.fill(BestTwo::free(best + gain));
             }
             if node < span.end {
                 for (value, here) in values[node * count..].iter_mut().zip(&here) {
-                    *value = (*value).max(*here);
+                    value.join(here);
                 }
             }
             for arc in self.first[node] as usize..self.first[node + 1] as usize {
@@ -75,7 +78,7 @@ impl SlotNetwork {
                 if span.contains(&(from as usize)) {
                     let to = here[usize::from(own.bins[item as usize])];
                     let value = &mut values[from as usize * count + usize::from(own.from[arc])];
-                    *value = (*value).max(to + rewards[item as usize]);
+                    value.enter(to.beside(item) + rewards[item as usize], item);
                 }
             }
         }
