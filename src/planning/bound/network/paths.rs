@@ -25,10 +25,10 @@ impl SlotNetwork {
         let mut begin = 0;
         for (node, &end) in self.first[1..].iter().enumerate() {
             for arc in &self.arcs[begin..end as usize] {
-                let before = &endings[arc.from as usize];
                 let reward = rewards[arc.item as usize];
                 // Hardly any path is among the best two, so the last item is rarely looked at.
-                if before.best + reward > here.other {
+                if values[arc.from as usize] + reward > here.other {
+                    let before = &endings[arc.from as usize];
                     here.enter(before.beside(arc.item) + reward, arc.item);
                 }
             }
