@@ -6,12 +6,18 @@ cd "$(dirname "$0")/.."
 . tests/debian.sh
 # Certificates for tests/live/peers/, a clock that is set for tests/live/clock/.
 debian openssl=openssl faketime=faketime
+# What the tests in Python need is fetched while cargo builds: it takes the network more than a core. What
+# fails is tried again, and reported, by the test that needs it.
+bash tests/fetch.sh >/dev/null 2>&1 &
+fetching=$!
+trap 'kill $fetching 2>/dev/null || true' EXIT
 # `--workspace` here and in the other tests: then what all of them build has the features that the Python
 # package asks of shared crates, and its build finds nearly everything built. It has no Rust tests, so
 # cargo builds nothing of it here.
 cargo test --locked --workspace "$@"
 # The benchmarks' code runs once, so that it cannot rot; `cargo bench` measures.
 cargo test --locked --workspace --bench engines --bench lookahead --bench bound --bench rl
+wait $fetching || true
 # The pages that reports write, in a browser.
 bash tests/browser/run.sh
 # A live line under load, as fast as it goes: nothing lost, memory flat (docs/live.md).

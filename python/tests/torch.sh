@@ -1,9 +1,10 @@
 # Sourced by the tests that need torch, in the project's folder: `torch_venv NAME [OPTION ...]` makes
-# target/python-NAME-venv on Debian's Python and torch, with what python/tests/NAME/requirements.txt says and
-# the wheel `wheel`, and sets `venv`. PyPI has no torch without CUDA, which is 3 GB. The options are pip's.
+# target/python-NAME-venv on Debian's Python and torch, with what python/tests/NAME/requirements.txt says
+# (`torch_packages` does only this) and the wheel `wheel`, and sets `venv`. PyPI has no torch without CUDA,
+# which is 3 GB. The options are pip's.
 . tests/debian.sh
 
-torch_venv() {
+torch_packages() {
     local target wanted=python/tests/$1/requirements.txt
     target=$(realpath -m "${CARGO_TARGET_DIR:-target}")
     venv=$target/python-$1-venv
@@ -15,5 +16,9 @@ torch_venv() {
             "${@:2}" --requirement "$wanted"
         cp "$wanted" "$venv/installed.txt"
     fi
+}
+
+torch_venv() {
+    torch_packages "$@"
     "$venv/bin/pip" install --quiet --disable-pip-version-check --no-deps --force-reinstall "$wheel"
 }
