@@ -8,7 +8,7 @@
 # results/failures/, what it gains to foresee failed grasps, and results/single-arm/, one delta or
 # SCARA arm, which take an hour. A first
 # argument names another folder to write to; PICKLINE names another program than the release
-# build; PARTS names what to make, "paper real-lines failures single-arm" if it is not set.
+# build; PARTS names what to make, "paper lookahead real-lines failures single-arm" if it is not set.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 out=$(realpath -m "${1:-results}")
@@ -16,7 +16,7 @@ if [ -z "${PICKLINE:-}" ]; then
     cargo build --release --quiet
     PICKLINE=${CARGO_TARGET_DIR:-target}/release/pickline
 fi
-parts=" ${PARTS:-paper real-lines failures single-arm} "
+parts=" ${PARTS:-paper lookahead real-lines failures single-arm} "
 
 # Compares into a folder, of which only the table, the rates and the runs are kept.
 compare_into() {
@@ -29,6 +29,13 @@ compare_into() {
     rm -r "$all"
 }
 
+# Sets `train`: what a station of the paper is called with.
+train_on() {
+    train=()
+    # The narrow station was fitted with 50 items a pattern.
+    if [ "$1" = paper-narrow ]; then train=(--station paper-narrow --train-items 50); fi
+}
+
 if [[ $parts = *" paper "* ]]; then
 mkdir -p "$out/optimize"
 for robots in 2 3 4; do
@@ -37,20 +44,13 @@ for robots in 2 3 4; do
         > "$out/optimize/paper-narrow-$robots.txt"
 done
 for station in paper paper-narrow; do
-    # The narrow station was fitted with 50 items a pattern.
-    train=()
-    if [ $station = paper-narrow ]; then train=(--station $station --train-items 50); fi
+    train_on $station
     for cases in paper dense; do
         mkdir -p "$out/compare/$station-$cases"
         "$PICKLINE" compare --quiet --force --paper --cases $cases "${train[@]}" \
             --svg "$out/compare/$station-$cases/rate.svg" \
             --out "$out/compare/$station-$cases" > "$out/compare/$station-$cases/table.txt"
     done
-    mkdir -p "$out/lookahead/$station"
-    "$PICKLINE" compare --quiet --force --cases all --strategy lookahead \
-        --train-patterns balanced "${train[@]}" \
-        --svg "$out/lookahead/$station/rate.svg" \
-        --out "$out/lookahead/$station" > "$out/lookahead/$station/table.txt"
     mkdir -p "$out/sweep/$station"
     "$PICKLINE" sweep --quiet --force "${train[@]}" --strategy SPT,SPT --out "$out/sweep/$station" \
         --svg "$out/sweep/$station/picked.svg" > "$out/sweep/$station/table.txt"
@@ -60,6 +60,17 @@ for policy in {sb3,native}-{1,2,3}; do
     policies+=(--strategy "onnx:results/sb3/$policy.onnx")
 done
 compare_into "$out/sb3/compare" --paper --no-bound "${policies[@]}"
+fi
+
+if [[ $parts = *" lookahead "* ]]; then
+for station in paper paper-narrow; do
+    train_on $station
+    mkdir -p "$out/lookahead/$station"
+    "$PICKLINE" compare --quiet --force --cases all --strategy lookahead \
+        --train-patterns balanced "${train[@]}" \
+        --svg "$out/lookahead/$station/rate.svg" \
+        --out "$out/lookahead/$station" > "$out/lookahead/$station/table.txt"
+done
 fi
 
 # A line of the station `sorting` carries these.

@@ -37,6 +37,17 @@ impl Instance {
         let pattern = pattern::load(&pattern_file)?.pattern;
         let fits = pattern.check_on(&station);
         fits.map_err(|error| error.inside(&pattern_file.display().to_string()))?;
+        let found = [station.robots().len(), pattern.len()];
+        for ((listed, found), column) in row.sizes.iter().zip(found).zip(["robots", "items"]) {
+            if let Some(listed) = listed.filter(|listed| *listed != found) {
+                let list = folder.join(MANIFEST);
+                return Err(Error::input(
+                    format!("{}:{}: {column}", list.display(), row.line),
+                    format!("{listed}, but the instance has {found}"),
+                    "correct the number, or leave the field empty",
+                ));
+            }
+        }
         Ok(Self {
             name: row.name,
             station,

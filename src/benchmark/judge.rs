@@ -1,9 +1,9 @@
 //! Whose picks count: the independent checker decides.
 
 use super::instance::Instance;
-use crate::checker::{self, Terms, read_picks, violations};
+use crate::checker::{self, Terms, Violation, read_picks, violations};
 use crate::decision::{FailureCause, Figures, Pick};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, rounded, shown};
 use crate::files::csv_text;
 
 /// Picks and failed attempts, the latter with their cause.
@@ -22,22 +22,29 @@ pub struct Solution {
 /// The solution that `attempts` are, under `terms`.
 ///
 /// # Errors
-/// [`Refuted`](crate::error::ErrorKind::Refuted): the first violation; or more picks than the
-/// bound allows, so that checker or bound must be wrong.
+/// [`Refuted`](crate::error::ErrorKind::Refuted): the first violation.
 pub fn judge(instance: &Instance, attempts: Attempts, terms: Terms) -> Result<Solution> {
     let (station, pattern) = (&instance.station, &instance.pattern);
     let found = violations(station, pattern, &attempts, terms);
-    if let Some(first) = found.into_iter().next() {
-        return Err(first.into());
+    if let Some(first) = found.first() {
+        return Err(Error::refuted(in_words(first, instance)));
     }
     let figures = checker::figures(station, pattern, &attempts);
-    match instance.known.picks_bound {
-        Some(bound) if figures.picked > bound => Err(Error::refuted(format!(
-            "{} picks are more than the certified bound of {bound}: please report this",
-            figures.picked
-        ))),
-        _ => Ok(Solution { attempts, figures }),
-    }
+    Ok(Solution { attempts, figures })
+}
+
+/// A violation with the names of robot and item; where they do not exist, with the place in the list.
+fn in_words(violation: &Violation, instance: &Instance) -> String {
+    let robot = instance.station.robots().get(violation.robot);
+    let item = instance.pattern.items().get(violation.item as usize);
+    let who = match (robot, item) {
+        (Some(robot), Some(item)) => {
+            format!("robot `{}`, item `{}`", shown(&robot.name), shown(&item.id))
+        }
+        _ => format!("pick number {}", violation.attempt + 1),
+    };
+    let time = rounded(violation.time, 9);
+    format!("{who}, at t = {time} s: {}", violation.problem)
 }
 
 /// The attempts in the text of a file of picks; messages call it `name`.

@@ -2,8 +2,8 @@
 
 use super::entrant::Entrant;
 use super::instance::{Instance, load_instances, load_manifest};
-use super::judge::{Solution, picks_csv};
-use super::manifest::{self, Known, MANIFEST};
+use super::judge::picks_csv;
+use super::manifest::{self, MANIFEST};
 use super::study::{BenchmarkResult, BenchmarkStudy, Entry};
 use crate::error::{Error, Result};
 use crate::files;
@@ -20,21 +20,30 @@ pub struct Improved {
     pub tighter: Vec<String>,
 }
 
-/// Rates that differ by less, relatively, differ by rounding.
-const SAME_RATE: f64 = 1e-9;
+/// Checks that [`keep`] can write the list in `folder` again without losing anything.
+///
+/// # Errors
+/// A list that cannot be read, a comment in it, or a column that is not one of a list.
+pub fn check_keep(folder: &Path) -> Result<()> {
+    load_manifest(folder)?;
+    let file = folder.join(MANIFEST);
+    manifest::check_rewritable(&files::read_text(&file)?, &file.display().to_string())
+}
 
 /// Writes into `folder` what `result` knows better: for each instance the picks of the best solution, if it has
 /// more picks than the one that is known, or as many at a higher rate; and bounds, if they are lower. `by` names
 /// who found the picks of programs and files.
 ///
 /// # Errors
-/// A solution with more picks than a bound, of which one must be wrong; files that cannot be read or written.
+/// A solution with more picks or a higher rate than a bound, of which one must be wrong; what [`check_keep`]
+/// refuses; files that cannot be read or written.
 pub fn keep(
     folder: &Path,
     study: &BenchmarkStudy,
     result: &BenchmarkResult,
     by: Option<&str>,
 ) -> Result<Improved> {
+    check_keep(folder)?;
     let mut kept = Improved::default();
     let mut rows = load_manifest(folder)?;
     let mut files = Vec::new();
@@ -50,7 +59,7 @@ pub fn keep(
             let entrant = &result.entrants[entry.entrant];
             if let Ok(solution) = &entry.solved
                 && *entrant != Entrant::Best
-                && is_better(solution, known)
+                && known.is_beaten_by(&solution.figures)
             {
                 known.picked = Some(solution.figures.picked);
                 known.rate = Some(solution.figures.picking_rate());
@@ -65,14 +74,22 @@ pub fn keep(
             ));
             kept.better.push(instance.name.clone());
         }
-        if tighten(known, &entries) {
+        let found = entries.iter().filter_map(|entry| entry.bound);
+        if found.fold(false, |tighter, found| known.tighten(found) || tighter) {
             kept.tighter.push(instance.name.clone());
+        }
+        let solved = entries
+            .iter()
+            .filter_map(|entry| entry.solved.as_ref().ok());
+        let mut above = solved.filter_map(|solution| known.contradiction(&solution.figures));
+        if let Some(problem) = above.next() {
+            return Err(Error::refuted(format!("{}: {problem}", instance.name)));
         }
         if let (Some(picked), Some(bound)) = (known.picked, known.picks_bound)
             && picked > bound
         {
             return Err(Error::refuted(format!(
-                "{}: a solution has {picked} picks, but the certified bound is {bound}: please report this",
+                "{}: {picked} picks are known, but the certified bound is {bound}: please report this",
                 instance.name
             )));
         }
@@ -103,34 +120,18 @@ fn sizes(instance: &Instance) -> [usize; 2] {
     [instance.station.robots().len(), instance.pattern.len()]
 }
 
-fn is_better(solution: &Solution, known: &Known) -> bool {
-    let figures = &solution.figures;
-    match known.picked {
-        Some(picked) if picked == figures.picked => {
-            figures.picking_rate() > known.rate.unwrap_or_default() * (1.0 + SAME_RATE)
-        }
-        picked => picked.is_none_or(|picked| figures.picked > picked),
-    }
-}
-
-/// Lowers the bounds of `known` to those that were found; returns whether any was higher.
-fn tighten(known: &mut Known, entries: &[&Entry]) -> bool {
-    let before = (known.picks_bound, known.rate_bound);
-    for found in entries.iter().filter_map(|entry| entry.bound) {
-        let picks = known.picks_bound.unwrap_or(usize::MAX);
-        known.picks_bound = Some(picks.min(found.picks));
-        if let Some(rate) = found.rate {
-            known.rate_bound = Some(known.rate_bound.unwrap_or(f64::INFINITY).min(rate));
-        }
-    }
-    before != (known.picks_bound, known.rate_bound)
-}
-
-/// How a solution was found, in words.
+/// How a solution was found, in words on one line.
 fn found_by(entrant: &Entrant, by: Option<&str>) -> String {
-    match (entrant, by) {
+    let text = match (entrant, by) {
         (Entrant::Strategy(text, track), _) => format!("{text} ({})", track.name()),
         (Entrant::Program(_) | Entrant::Picks(_), Some(by)) => by.to_owned(),
         (entrant, _) => entrant.name(),
-    }
+    };
+    // The list has one line for each instance.
+    let in_line = |c: char| if c.is_control() { ' ' } else { c };
+    text.chars()
+        .map(in_line)
+        .collect::<String>()
+        .trim()
+        .to_owned()
 }

@@ -2,7 +2,8 @@
 
 use crate::csv_columns::{Columns, KnownColumns, resembles};
 use crate::csv_file::CsvFile;
-use crate::error::{Error, Result, shown};
+use crate::decision::Figures;
+use crate::error::{Error, Result, rounded, shown};
 use crate::files::csv_text;
 use csv::StringRecord;
 use std::collections::HashSet;
@@ -11,6 +12,8 @@ use std::collections::HashSet;
 pub const MANIFEST: &str = "instances.csv";
 
 const NAME: usize = 0;
+const ROBOTS: usize = 1;
+const ITEMS: usize = 2;
 const PICKED: usize = 3;
 const RATE: usize = 4;
 const PICKS_BOUND: usize = 5;
@@ -54,10 +57,88 @@ pub struct Known {
     pub found_by: String,
 }
 
+/// A bound that was computed anew.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FoundBound {
+    /// Picks that no solution exceeds.
+    pub picks: usize,
+    /// The picking rate that no solution exceeds [1/min]; `None` if no finite one was found.
+    pub rate: Option<f64>,
+}
+
+/// Rates that differ by less, relatively, differ by rounding.
+const SAME_RATE: f64 = 1e-9;
+
+impl Known {
+    /// Whether a solution with `figures` is better than the best that is known: more picks, or as many at a
+    /// higher rate.
+    pub fn is_beaten_by(&self, figures: &Figures) -> bool {
+        match self.picked {
+            Some(picked) if picked == figures.picked => {
+                figures.picking_rate() > self.rate.unwrap_or_default() * (1.0 + SAME_RATE)
+            }
+            picked => picked.is_none_or(|picked| figures.picked > picked),
+        }
+    }
+
+    /// Lowers the bounds to `found` where it is lower; returns whether it was.
+    pub fn tighten(&mut self, found: FoundBound) -> bool {
+        let before = (self.picks_bound, self.rate_bound);
+        let picks = self.picks_bound.unwrap_or(usize::MAX);
+        self.picks_bound = Some(picks.min(found.picks));
+        if let Some(rate) = found.rate {
+            self.rate_bound = Some(self.rate_bound.unwrap_or(f64::INFINITY).min(rate));
+        }
+        before != (self.picks_bound, self.rate_bound)
+    }
+
+    /// Why no solution can have `figures`, if a bound says so: then bound or checker is wrong.
+    pub fn contradiction(&self, figures: &Figures) -> Option<String> {
+        let (picked, rate) = (figures.picked, figures.picking_rate());
+        let picks = self.picks_bound.filter(|bound| picked > *bound);
+        if let Some(bound) = picks {
+            return Some(format!(
+                "{picked} picks are more than the certified bound of {bound}: please report this"
+            ));
+        }
+        let bound = self.rate_bound?;
+        (rate > bound * (1.0 + SAME_RATE)).then(|| {
+            format!(
+                "a picking rate of {}/min is more than the certified bound of {}/min: please report this",
+                rounded(rate, 7),
+                rounded(bound, 7)
+            )
+        })
+    }
+
+    /// What differs between the list and the best solution, whose figures are `figures`; `None` if nothing
+    /// does, or the list says nothing.
+    pub(super) fn mistake(&self, figures: &Figures) -> Option<String> {
+        let (picked, rate) = (figures.picked, figures.picking_rate());
+        let other = self.picked.is_some_and(|listed| listed != picked)
+            || self
+                .rate
+                .is_some_and(|listed| (listed - rate).abs() > SAME_RATE * rate);
+        other.then(|| {
+            let listed = |value: Option<String>| value.unwrap_or_else(|| "-".into());
+            format!(
+                "{MANIFEST} lists {} picks at {}/min, but its file has {picked} at {}/min",
+                listed(self.picked.map(|picked| picked.to_string())),
+                listed(self.rate.map(|rate| rounded(rate, 7))),
+                rounded(rate, 7)
+            )
+        })
+    }
+}
+
 /// A line of the list.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ManifestRow {
     pub name: String,
+    /// The line of the file.
+    pub line: usize,
+    /// Numbers of robots and items, where the list has them.
+    pub sizes: [Option<usize>; 2],
     pub known: Known,
 }
 
@@ -71,7 +152,7 @@ pub(super) fn read(text: &str, file: &str) -> Result<Vec<ManifestRow>> {
     let mut rows = Vec::new();
     let mut names = HashSet::new();
     let mut record = StringRecord::new();
-    while csv.next(&mut record)?.is_some() {
+    while let Some(line) = csv.next(&mut record)? {
         let name = columns.text(&record, NAME).to_owned();
         let place = || columns.place_of(&csv, NAME);
         let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
@@ -96,7 +177,14 @@ pub(super) fn read(text: &str, file: &str) -> Result<Vec<ManifestRow>> {
             rate_bound: number(&columns, &mut csv, &record, RATE_BOUND)?,
             found_by: columns.text(&record, FOUND_BY).to_owned(),
         };
-        rows.push(ManifestRow { name, known });
+        let sizes = [ROBOTS, ITEMS].map(|column| count(&columns, &mut csv, &record, column));
+        let [robots, items] = sizes;
+        rows.push(ManifestRow {
+            name,
+            line,
+            sizes: [robots?, items?],
+            known,
+        });
     }
     if rows.is_empty() {
         return Err(Error::input(
@@ -106,6 +194,30 @@ pub(super) fn read(text: &str, file: &str) -> Result<Vec<ManifestRow>> {
         ));
     }
     Ok(rows)
+}
+
+/// Checks that the list in `text`, which messages call `file`, can be written again without losing anything.
+///
+/// # Errors
+/// A comment, or a column that is not one of a list.
+pub(super) fn check_rewritable(text: &str, file: &str) -> Result<()> {
+    let lost = |what: String| {
+        let cure = "remove it, or keep it in a file of its own";
+        Error::input(file, format!("{what} would be lost by 'update'"), cure)
+    };
+    let mut lines = text.trim_start_matches('\u{feff}').lines();
+    let header = lines.next().unwrap_or_default();
+    if text.lines().any(|line| line.trim_start().starts_with('#')) {
+        return Err(lost("a comment".into()));
+    }
+    let columns = header
+        .split([',', ';', '\t'])
+        .map(|name| name.trim().trim_matches('"'));
+    let other = |name: &&str| !KNOWN.names.contains(&name.to_ascii_lowercase().as_str());
+    let mut others = columns.filter(other);
+    others.next().map_or(Ok(()), |name| {
+        Err(lost(format!("the column `{}`", shown(name))))
+    })
 }
 
 /// A number of at least 0; `None` if the field is empty.
@@ -177,10 +289,16 @@ mod tests {
             rate_bound: None,
             found_by: "lookahead:budget=4,depth=1".into(),
         };
-        let rows = [("a-1", known), ("b.2", Known::default())];
-        let rows = rows.map(|(name, known)| ManifestRow {
-            name: name.into(),
-            known,
+        let rows = [("a-1", [2, 9], known), ("b.2", [3, 20], Known::default())];
+        let mut line = 1;
+        let rows = rows.map(|(name, sizes, known): (&str, [usize; 2], _)| {
+            line += 1;
+            ManifestRow {
+                name: name.into(),
+                line,
+                sizes: sizes.map(Some),
+                known,
+            }
         });
         let written = text(&[(&rows[0], [2, 9]), (&rows[1], [3, 20])]);
         assert_eq!(
@@ -188,6 +306,58 @@ mod tests {
             Some("a-1,2,9,7,12.5,8,,\"lookahead:budget=4,depth=1\"")
         );
         assert_eq!(read(&written, "m").unwrap(), rows);
+    }
+
+    #[test]
+    fn a_list_with_more_than_is_written_is_not_rewritten() {
+        for (text, words) in [
+            ("name,picked\na,1\n", None),
+            ("\u{feff}Name;Picked\r\na;1\r\n", None),
+            ("# mine\nname\na\n", Some("m: a comment would be lost")),
+            ("name\na\n # b\n", Some("m: a comment would be lost")),
+            ("name,url\na,x\n", Some("m: the column `url` would be lost")),
+        ] {
+            let found = check_rewritable(text, "m").err();
+            let found = found.map(|error| error.to_string());
+            match words {
+                None => assert_eq!(found, None),
+                Some(words) => assert!(found.unwrap().contains(words), "{text}"),
+            }
+        }
+    }
+
+    fn figures(picked: usize, end: f64) -> Figures {
+        Figures {
+            items: 20,
+            picked,
+            weight: 0.0,
+            end,
+        }
+    }
+
+    #[test]
+    fn more_picks_are_better_and_of_as_many_those_at_a_higher_rate() {
+        let known = Known {
+            picked: Some(10),
+            rate: Some(60.0),
+            picks_bound: Some(11),
+            rate_bound: Some(66.0),
+            ..Known::default()
+        };
+        assert!(!known.is_beaten_by(&figures(10, 10.0)));
+        assert!(known.is_beaten_by(&figures(10, 9.99)));
+        assert!(known.is_beaten_by(&figures(11, 20.0)));
+        assert!(!known.is_beaten_by(&figures(9, 1.0)));
+        assert!(Known::default().is_beaten_by(&figures(0, 1.0)));
+        assert_eq!(known.contradiction(&figures(11, 10.0)), None);
+        let told = |figures: &Figures| known.contradiction(figures).unwrap();
+        assert!(told(&figures(12, 20.0)).starts_with("12 picks are more"));
+        assert!(told(&figures(10, 9.0)).starts_with("a picking rate of 66.66667/min"));
+        assert_eq!(known.mistake(&figures(10, 10.0)), None);
+        let told = known.mistake(&figures(9, 10.0)).unwrap();
+        assert!(told.contains("lists 10 picks at 60/min, but its file has 9 at 54/min"));
+        assert!(known.mistake(&figures(10, 10.1)).is_some());
+        assert_eq!(Known::default().mistake(&figures(9, 10.0)), None);
     }
 
     #[test]

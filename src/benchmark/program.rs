@@ -1,7 +1,7 @@
 //! A program outside that writes picks.
 
 use super::instance::Instance;
-use crate::error::{Error, Result, shown, shown_number};
+use crate::error::{Error, Result, shown_number};
 use crate::files;
 use crate::optimize::Stop;
 use std::fs::File;
@@ -66,7 +66,11 @@ impl OutsideProgram {
         let (picks, words) = (scratch.0.join("picks.csv"), scratch.0.join("stderr"));
         let told = File::create(&words).map_err(|source| Error::write(&words, source))?;
         let begun = Instant::now();
-        let mut child = Command::new(&self.words[0])
+        let mut call = Command::new(&self.words[0]);
+        // A group of its own, so that what the program has started can be stopped with it.
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut call, 0);
+        let mut child = call
             .args(&self.words[1..])
             .args([
                 instance.station_file(),
@@ -105,7 +109,12 @@ impl OutsideProgram {
                 Err(error) => break failed(format!("was lost: {error}")),
             }
         };
-        // It may have ended meanwhile, which is as well.
+        // They may have ended meanwhile, which is as well.
+        #[cfg(unix)]
+        let _ = Command::new("kill")
+            .args(["-KILL", "--", &format!("-{}", child.id())])
+            .stderr(Stdio::null())
+            .status();
         let _ = child.kill();
         let _ = child.wait();
         Err(outcome)
@@ -127,8 +136,9 @@ fn last_words(file: &Path) -> String {
     let text = String::from_utf8_lossy(&bytes);
     let line = text.lines().rev().find(|line| !line.trim().is_empty());
     line.map_or(String::new(), |line| {
-        let line: String = line.trim().chars().take(LONGEST_WORDS).collect();
-        format!("; it said: {}", shown(&line))
+        let line = line.trim().chars().take(LONGEST_WORDS);
+        let line: String = line.flat_map(char::escape_debug).collect();
+        format!("; it said: {line}")
     })
 }
 

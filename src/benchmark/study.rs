@@ -3,11 +3,12 @@
 use super::entrant::{Entrant, Foresight, for_robots};
 use super::instance::{Instance, load_instances};
 use super::judge::{Attempts, Solution, judge, read};
+use super::manifest::FoundBound;
 use super::program::OutsideProgram;
 use super::timed::TimedStrategy;
 use crate::checker::Terms;
 use crate::decision::Outcome;
-use crate::error::{Error, Result, shown};
+use crate::error::{Error, Result, counted, shown};
 use crate::files;
 use crate::optimize::{Environment, Silent};
 use crate::setters::setters;
@@ -90,15 +91,6 @@ impl BenchmarkOptions {
     }
 }
 
-/// A bound that was computed anew.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FoundBound {
-    /// Picks that no solution exceeds.
-    pub picks: usize,
-    /// The picking rate that no solution exceeds [1/min]; `None` if no finite one was found.
-    pub rate: Option<f64>,
-}
-
 /// One entrant on one instance.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
@@ -109,6 +101,8 @@ pub struct Entry {
     pub entrant: usize,
     /// The solution, or why there is none.
     pub solved: std::result::Result<Solution, String>,
+    /// Whether the run is possible, but above a bound: one of the two must be wrong.
+    pub contradicts: bool,
     /// The bound, if it was computed anew.
     pub bound: Option<FoundBound>,
     /// Number of decisions; for those who write whole runs, of picks.
@@ -125,6 +119,37 @@ pub struct BenchmarkResult {
     pub entrants: Vec<Entrant>,
     /// By instance, then by entrant; fewer than all if the user stopped.
     pub entries: Vec<Entry>,
+}
+
+impl BenchmarkResult {
+    /// Whether the result is what a benchmark should give: the best known solutions are what the list says,
+    /// no run is above a bound, and some run is valid.
+    ///
+    /// # Errors
+    /// [`Refuted`](crate::error::ErrorKind::Refuted): how many runs are otherwise.
+    pub fn check(&self) -> Result<()> {
+        let count =
+            |wrong: &dyn Fn(&Entry) -> bool| self.entries.iter().filter(|e| wrong(e)).count();
+        let above = count(&|entry| entry.contradicts);
+        if above > 0 {
+            return Err(Error::refuted(format!(
+                "above a certified bound: {}",
+                counted(above, "run")
+            )));
+        }
+        let is_best = |entry: &Entry| self.entrants[entry.entrant] == Entrant::Best;
+        let lost = count(&|entry| is_best(entry) && entry.solved.is_err());
+        if lost > 0 {
+            return Err(Error::refuted(format!(
+                "not what the list says, or not possible: {}",
+                counted(lost, "best known solution")
+            )));
+        }
+        if count(&|entry| entry.solved.is_ok()) == 0 {
+            return Err(Error::refuted("no run is valid".to_owned()));
+        }
+        Ok(())
+    }
 }
 
 /// A benchmark that is read and checked.
@@ -148,7 +173,11 @@ impl<'a> BenchmarkStudy<'a> {
         let instances = load_instances(folder, &options.only)?;
         let mut names = HashSet::new();
         for text in &options.strategies {
-            if !names.insert(text) {
+            // Written in different ways, a strategy is the same on every line or on none.
+            let first = &instances[0].station;
+            let alone = strategy_on(text, first)?.alone(first.robots().len());
+            let name = alone.map_or_else(|_| text.clone(), |blueprint| blueprint.name().to_owned());
+            if !names.insert(name) {
                 return Err(Error::usage(
                     "'strategy'",
                     format!("`{}` is given twice", shown(text)),
@@ -292,6 +321,7 @@ impl<'a> BenchmarkStudy<'a> {
                         instance,
                         entrant,
                         solved: Err(reason.clone()),
+                        contradicts: false,
                         bound,
                         decisions: 0,
                         spent,
@@ -326,10 +356,26 @@ impl<'a> BenchmarkStudy<'a> {
                 found.schedule.as_ref().map(attempts).ok_or_else(none)
             }
         };
-        let solved = match found.and_then(|attempts| judge(of, attempts, terms)) {
+        let judged = match found.and_then(|attempts| judge(of, attempts, terms)) {
             Err(error) if error.is_interrupted() => return Err(error),
-            solved => solved.map_err(|error| one_line(&error)),
+            judged => judged.map_err(|error| one_line(&error)),
         };
+        let mut contradicts = false;
+        let solved = judged.and_then(|solution| {
+            let mut known = of.known.clone();
+            if let Some(found) = bound {
+                known.tighten(found);
+            }
+            if let Some(problem) = known.contradiction(&solution.figures) {
+                contradicts = true;
+                return Err(problem);
+            }
+            let mistake = match self.entrants[entrant] {
+                Entrant::Best => of.known.mistake(&solution.figures),
+                _ => None,
+            };
+            mistake.map_or(Ok(solution), Err)
+        });
         let picks = solved
             .as_ref()
             .map_or(0, |solution| solution.figures.picked);
@@ -337,6 +383,7 @@ impl<'a> BenchmarkStudy<'a> {
             instance,
             entrant,
             solved,
+            contradicts,
             bound,
             decisions: decisions.unwrap_or(picks as u64),
             spent,

@@ -15,6 +15,19 @@ pub fn bound_beside(scene: &Scene, picked: usize, environment: &Environment) -> 
     bound_within(scene, &options, environment)
 }
 
+/// The same without bounds on end and rate, which take most of the time.
+///
+/// # Errors
+/// As for [`bound_beside`].
+pub(super) fn picks_bound_beside(
+    scene: &Scene,
+    picked: usize,
+    environment: &Environment,
+) -> Result<Bound> {
+    let options = BoundOptions::beside(picked, scene.pattern().len()).with_ends(false);
+    bound_within(scene, &options, environment)
+}
+
 /// The bound on the picks of the items that `counted` marks, of which the best run picks `picked`.
 ///
 /// # Errors

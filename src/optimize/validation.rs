@@ -1,7 +1,7 @@
 //! Evaluates the winner on fresh patterns, so that the reported figure is not the one it was
 //! selected by.
 
-use super::beside::bound_beside;
+use super::beside::picks_bound_beside;
 use super::environment::Environment;
 use super::evaluator::Evaluator;
 use super::objective::{Objective, Risk};
@@ -195,7 +195,7 @@ fn certify(
         // A share of n items is that of a whole number of items.
         let picked = (share * pattern.len() as f64).round() as usize;
         let scene = Scene::under(station, pattern, conditions.of_place(place))?;
-        let bound = bound_beside(&scene, picked, environment)?;
+        let bound = picks_bound_beside(&scene, picked, environment)?;
         progress.advance(1);
         Ok((picked, bound.value as usize))
     });

@@ -5,7 +5,7 @@ use super::outputs::{Outputs, WHOLE};
 use super::progress::Bar;
 use super::session::Session;
 use pickline::benchmark::{
-    BenchmarkOptions, BenchmarkResult, BenchmarkStudy, Foresight, OutsideProgram, keep,
+    BenchmarkOptions, BenchmarkResult, BenchmarkStudy, Foresight, OutsideProgram, check_keep, keep,
 };
 use pickline::error::{Result, counted};
 use pickline::optimize::Environment;
@@ -62,6 +62,9 @@ impl BenchmarkArgs {
 impl BenchmarkPlan {
     fn run(&self, session: &Session) -> Result<()> {
         let study = BenchmarkStudy::new(&self.folder, &self.options)?;
+        if self.update {
+            check_keep(&self.folder)?;
+        }
         let bar = Bar::new(self.common.quiet);
         let environment = Environment {
             stop: session.stop(),
@@ -80,7 +83,9 @@ impl BenchmarkPlan {
         let delivered = self
             .common
             .deliver(session, &report, &WHOLE, Outputs::default());
-        delivered.and(self.keep(&study, &result))
+        delivered?;
+        result.check()?;
+        self.keep(&study, &result)
     }
 
     /// Writes what is known better into the folder, if that is asked for.

@@ -1,7 +1,7 @@
 //! The figures of a benchmark.
 
 use crate::provenance::Provenance;
-use pickline::benchmark::{BenchmarkResult, Entry, Instance, standings};
+use pickline::benchmark::{BenchmarkResult, Entrant, Entry, Instance, standings};
 use serde::Serialize;
 
 /// A benchmark as printed and written; the JSON field names are the product's format. Times are measured, so
@@ -73,13 +73,22 @@ pub struct EntryReport {
     pub gap_to_bound_percent: Option<f64>,
     /// How far the picking rate is below the certified bound of it [%].
     pub rate_gap_to_bound_percent: Option<f64>,
+    /// Whether it is better than the best known: more picks, or as many at a higher rate.
+    pub better: bool,
     /// Why there is no valid run.
     pub failure: Option<String>,
 }
 
 impl BenchmarkReport {
-    /// The report of `result` on `instances`.
+    /// The report of `result` on `instances`; bounds that were computed anew count where they are tighter.
     pub fn new(instances: &[Instance], result: &BenchmarkResult, made: Provenance) -> Self {
+        let mut instances = instances.to_vec();
+        for entry in &result.entries {
+            if let Some(found) = entry.bound {
+                instances[entry.instance].known.tighten(found);
+            }
+        }
+        let instances = instances.as_slice();
         let ranking = standings(instances, result).into_iter().map(|standing| {
             let entrant = &result.entrants[standing.entrant];
             let gap = |share: Option<f64>| share.map(|share| 100.0 * (1.0 - share));
@@ -134,6 +143,8 @@ impl EntryReport {
             gap_to_best_percent: gap(number(picked), number(known.picked)),
             gap_to_bound_percent: gap(number(picked), number(known.picks_bound)),
             rate_gap_to_bound_percent: gap(rate, known.rate_bound),
+            better: *entrant != Entrant::Best
+                && figures.is_some_and(|figures| known.is_beaten_by(&figures)),
             failure: entry.solved.as_ref().err().cloned(),
         }
     }

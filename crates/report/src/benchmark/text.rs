@@ -18,8 +18,7 @@ impl BenchmarkReport {
         }
         text += "\n";
         text += &self.ranking_table();
-        let is_better = |run: &&EntryReport| run.gap_to_best_percent.is_some_and(|gap| gap < 0.0);
-        let better = self.runs.iter().filter(is_better).count();
+        let better = self.runs.iter().filter(|run| run.better).count();
         if better > 0 {
             text += &format!(
                 "note      better than the best known: {}\n",
