@@ -29,7 +29,7 @@ pub enum Entrant {
     /// A strategy, as [`parse`](crate::strategies::parse) reads it, on a track. If rules, shares or every n-th item have
     /// one value only, it is that of every robot.
     Strategy(String, Foresight),
-    /// A program outside, which knows everything.
+    /// An outside program, which knows everything.
     Program(OutsideProgram),
     /// A folder of files of picks, one for each instance.
     Picks(PathBuf),

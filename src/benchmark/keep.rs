@@ -2,9 +2,10 @@
 
 use super::entrant::Entrant;
 use super::instance::{Instance, load_instances, load_manifest};
-use super::judge::picks_csv;
+use super::judge::{judge, picks_csv, read};
 use super::manifest::{self, MANIFEST};
 use super::study::{BenchmarkResult, BenchmarkStudy, Entry};
+use crate::checker::Terms;
 use crate::error::{Error, Result};
 use crate::files;
 use std::collections::HashMap;
@@ -68,6 +69,7 @@ pub fn keep(
             }
         }
         if let Some(solution) = best {
+            check_listed(instance)?;
             files.push((
                 instance.best_file(),
                 picks_csv(instance, &solution.attempts),
@@ -113,6 +115,28 @@ pub fn keep(
         .collect();
     files::write_whole(&folder.join(MANIFEST), manifest::text(&rows).as_bytes())?;
     Ok(kept)
+}
+
+/// Checks that the file of the best known solution of `instance`, which is to be replaced, is no better than the
+/// list says.
+///
+/// # Errors
+/// It has other figures than the list, and is possible.
+fn check_listed(instance: &Instance) -> Result<()> {
+    let file = instance.best_file();
+    let Ok(text) = files::read_text(&file) else {
+        return Ok(());
+    };
+    let name = file.display().to_string();
+    let attempts = read(instance, &text, &name);
+    let Ok(solution) = attempts.and_then(|found| judge(instance, found, Terms::default())) else {
+        return Ok(());
+    };
+    let mistake = instance.known.mistake(&solution.figures);
+    mistake.map_or(Ok(()), |problem| {
+        let cure = "correct the list, or remove the file; then update";
+        Err(Error::input(name, problem, cure))
+    })
 }
 
 /// Numbers of robots and of items.

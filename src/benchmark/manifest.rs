@@ -202,8 +202,12 @@ pub(super) fn read(text: &str, file: &str) -> Result<Vec<ManifestRow>> {
 /// A comment, or a column that is not one of a list.
 pub(super) fn check_rewritable(text: &str, file: &str) -> Result<()> {
     let lost = |what: String| {
-        let cure = "remove it, or keep it in a file of its own";
-        Error::input(file, format!("{what} would be lost by 'update'"), cure)
+        let cure = "remove it, or keep it in a file of its own, then update";
+        Error::input(
+            file,
+            format!("{what} would be lost if it were updated"),
+            cure,
+        )
     };
     let mut lines = text.trim_start_matches('\u{feff}').lines();
     let header = lines.next().unwrap_or_default();

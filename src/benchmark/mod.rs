@@ -8,7 +8,7 @@
 //! | `judge.rs` | whose picks count, by the independent checker |
 //! | `entrant.rs` | who takes part |
 //! | `timed.rs` | the time that a strategy takes |
-//! | `program.rs` | a program outside |
+//! | `program.rs` | an outside program |
 //! | `study.rs` | every entrant on every instance |
 //! | `standing.rs` | how each entrant did on all of them |
 //! | `keep.rs` | better solutions and tighter bounds, into the folder |

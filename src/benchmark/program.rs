@@ -1,4 +1,4 @@
-//! A program outside that writes picks.
+//! An outside program that writes picks.
 
 use super::instance::Instance;
 use crate::error::{Error, Result, shown_number};
@@ -63,7 +63,17 @@ impl OutsideProgram {
     /// [`Interrupted`](crate::error::ErrorKind::Interrupted).
     pub(super) fn run(&self, instance: &Instance, stop: &dyn Stop) -> Result<(String, Duration)> {
         let scratch = Scratch::new()?;
-        let (picks, words) = (scratch.0.join("picks.csv"), scratch.0.join("stderr"));
+        // No instance has such names.
+        let (picks, words) = (scratch.0.join(".picks.csv"), scratch.0.join(".stderr"));
+        // Copies, so that no program can spoil the benchmark.
+        let copy = |file: PathBuf| {
+            let to = scratch.0.join(file.file_name().unwrap_or_default());
+            let copied = std::fs::copy(&file, &to);
+            copied.map_err(|source| Error::read(&file, source))?;
+            Ok::<PathBuf, Error>(to)
+        };
+        let station = copy(instance.station_file())?;
+        let pattern = copy(instance.pattern_file())?;
         let told = File::create(&words).map_err(|source| Error::write(&words, source))?;
         let begun = Instant::now();
         let mut call = Command::new(&self.words[0]);
@@ -72,11 +82,7 @@ impl OutsideProgram {
         std::os::unix::process::CommandExt::process_group(&mut call, 0);
         let mut child = call
             .args(&self.words[1..])
-            .args([
-                instance.station_file(),
-                instance.pattern_file(),
-                picks.clone(),
-            ])
+            .args([&station, &pattern, &picks])
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(told)
@@ -88,7 +94,7 @@ impl OutsideProgram {
             let said = last_words(&words);
             return Err(failed(format!("failed with {status}{said}")));
         }
-        if !picks.exists() {
+        if !picks.is_file() {
             let said = last_words(&words);
             return Err(failed(format!("wrote no picks{said}")));
         }

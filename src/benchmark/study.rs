@@ -63,7 +63,7 @@ setters!(BenchmarkOptions {
     fn with_track(track: Foresight);
     /// With these strategies, as [`parse`](crate::strategies::parse) reads them.
     fn with_strategies(strategies: Vec<String>);
-    /// With this program outside, or without one.
+    /// With this outside program, or without one.
     fn with_program(program: impl Into<Option<OutsideProgram>>);
     /// With the files of picks in this folder, or without.
     fn with_picks(picks: impl Into<Option<PathBuf>>);

@@ -167,8 +167,16 @@ fn compare_first_runs(root: &Path, folder: &Path) -> usize {
         true => (vec![], "lookahead"),
         false => (vec!["--robust", &robust], bases.unwrap()),
     };
-    let words = command.split(' ');
-    let words = words.map(|word| if word == "lookahead" { plans } else { word });
+    // Then there is nothing to train.
+    let mut words = Vec::new();
+    let mut all = command.split(' ');
+    while let Some(word) = all.next() {
+        match word {
+            "--train-patterns" | "--train-items" => drop(all.next()),
+            "lookahead" => words.push(plans),
+            word => words.push(word),
+        }
+    }
     let made = tempfile::tempdir().unwrap();
     let called = Command::new(env!("CARGO_BIN_EXE_pickline"))
         .args(words)

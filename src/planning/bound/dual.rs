@@ -116,6 +116,13 @@ impl Dual {
         }
     }
 
+    /// The same dual for picks that may fail.
+    pub(super) fn with_failures(mut self) -> Self {
+        let networks = self.networks.into_iter();
+        self.networks = networks.map(SlotNetwork::with_failures).collect();
+        self
+    }
+
     /// The same dual if only the items that `counted` marks are worth anything. The others still
     /// take a robot its time and change its place, so this bounds what any schedule earns with
     /// the marked items.

@@ -8,7 +8,8 @@
 //!
 //! For a robot that leaves from several places a node is a slot and a place: an arc leads from the
 //! place where the pick begins to its bin, and waiting from each slot to the next at the same place.
-//! Picks that begin and end in one slot are relaxed: after them the robot may be anywhere.
+//! Picks that begin and end in one slot are relaxed: after them the robot may be anywhere. Where picks can
+//! fail, it may be anywhere at any time: a failed attempt takes the arm to another bin and leaves the item.
 
 pub(super) mod best_two;
 mod paths;
@@ -93,6 +94,8 @@ struct ArcPlaces {
     count: usize,
     /// Where the robot is at the beginning.
     start: usize,
+    /// Whether waiting may take it to any other place.
+    anywhere: bool,
     /// For each arc, where it begins.
     from: Vec<u16>,
     /// For each item, the bin where its picks end.
@@ -216,6 +219,14 @@ impl SlotNetwork {
         network
     }
 
+    /// The same for picks that may fail: attempts that did are left out, and take the arm where they did.
+    pub(super) fn with_failures(mut self) -> Self {
+        if let Some(places) = &mut self.places {
+            places.anywhere = true;
+        }
+        self
+    }
+
     /// Upper bound on the number of arcs of a network.
     pub(super) fn size(picks: impl Iterator<Item = (Candidate, usize)>, slots: Slots) -> f64 {
         let arcs = |(c, _): (Candidate, usize)| (c.close - c.open) / slots.length + 2.0;
@@ -282,6 +293,7 @@ impl ArcPlaces {
         (count > 1).then(|| Self {
             count,
             start: robot.start(),
+            anywhere: false,
             from: Vec::new(),
             bins: of_items,
         })

@@ -117,14 +117,18 @@ pub(super) struct SlotSearch {
 }
 
 impl SlotSearch {
-    /// Begins with the prices that other slots gave, if any.
+    /// Begins with the prices that other slots gave, if any; `may_fail` says whether picks may fail.
     pub(super) fn new(
         scene: &Scene,
+        may_fail: bool,
         options: &BoundOptions,
         slots: Slots,
         before: Option<Prices>,
     ) -> Self {
         let mut dual = Dual::new(scene, options.objective, slots);
+        if may_fail {
+            dual = dual.with_failures();
+        }
         if let Some(counted) = &options.counted {
             dual = dual.counting(counted);
         }

@@ -106,6 +106,7 @@ pub fn upper_bound(
     options: &BoundOptions,
     go_on: &mut dyn FnMut(usize, usize) -> bool,
 ) -> Result<Bound> {
+    let may_fail = scene.conditions().disturbances.may_fail();
     let undisturbed;
     let scene = if scene.conditions().can_go_wrong() {
         undisturbed = without_disturbances(scene)?;
@@ -123,11 +124,12 @@ pub fn upper_bound(
         go_on,
     };
     let mut found = Found::new();
-    let mut search = SlotSearch::new(scene, options, levels[0], None);
+    let mut search = SlotSearch::new(scene, may_fail, options, levels[0], None);
     let mut left = options.iterations;
     for level in 0..levels.len() {
         if level > 0 {
-            search = SlotSearch::new(scene, options, levels[level], Some(search.prices()));
+            let prices = Some(search.prices());
+            search = SlotSearch::new(scene, may_fail, options, levels[level], prices);
         }
         let last = level + 1 == levels.len();
         let steps = if last { left } else { left / 2 };
@@ -154,7 +156,7 @@ pub fn upper_bound(
 }
 
 /// The scene without failures and outages, in which every pick that succeeds on `scene` is a pick:
-/// failures and outages only cost time. With noisy positions, a pick succeeds within the window of the true
+/// failures and outages only cost time, and failures take an arm to another bin. With noisy positions, a pick succeeds within the window of the true
 /// position, whatever the camera reported when.
 fn without_disturbances<'a>(scene: &Scene<'a>) -> Result<Scene<'a>> {
     let mut conditions = scene.conditions().clone();

@@ -56,7 +56,11 @@ impl SlotNetwork {
         };
         let count = places.count;
         endings.resize(count, BestTwo::NOWHERE);
-        endings[places.start] = BestTwo::free(0);
+        if places.anywhere {
+            endings.fill(BestTwo::free(0));
+        } else {
+            endings[places.start] = BestTwo::free(0);
+        }
         values.push(0);
         let mut loops = self.loops.iter().peekable();
         let mut begin = 0;
@@ -73,6 +77,11 @@ impl SlotNetwork {
                 }
             }
             begin = end as usize;
+            if places.anywhere {
+                let mut all = BestTwo::NOWHERE;
+                endings[here..].iter().for_each(|ending| all.join(ending));
+                endings[here..].fill(all);
+            }
             let mut gain = None;
             while let Some((_, item)) = loops.next_if(|(at, _)| *at as usize == node) {
                 *gain.get_or_insert(0) += rewards[*item as usize].max(0);
@@ -97,6 +106,7 @@ impl SlotNetwork {
         mut visit: impl FnMut(u32),
     ) {
         let count = self.places.as_ref().map_or(1, |places| places.count);
+        let anywhere = self.places.as_ref().is_some_and(|places| places.anywhere);
         let begins_at = |arc: usize| match &self.places {
             Some(places) => usize::from(places.from[arc]),
             None => 0,
@@ -135,7 +145,7 @@ impl SlotNetwork {
             if looped {
                 next = NONE;
             }
-            let may_be = |p: usize| looped || p == place;
+            let may_be = |p: usize| looped || anywhere || p == place;
             let waited = (0..count).find(|&p| may_be(p) && value_of(node, p, next) == value);
             if let Some(before) = waited {
                 (at, place) = (node, before);

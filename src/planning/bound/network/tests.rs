@@ -342,10 +342,12 @@ struct PlacedPick {
     to: (u64, usize),
 }
 
-/// The best of all paths from `slot` and `place` on, by enumeration, with no item twice in a row.
+/// The best of all paths from `slot` and `place` on, by enumeration, with no item twice in a row; if
+/// `anywhere`, waiting may take the arm to the other place.
 fn best_from_place(
     picks: &[PlacedPick],
     rewards: &[i64],
+    anywhere: bool,
     (slot, place, last): (u64, usize, Option<usize>),
     known: &mut HashMap<(u64, usize, Option<usize>), i64>,
 ) -> i64 {
@@ -355,13 +357,14 @@ fn best_from_place(
     if let Some(&value) = known.get(&(slot, place, last)) {
         return value;
     }
-    let mut best = best_from_place(picks, rewards, (slot + 1, place, last), known);
+    let mut best = best_from_place(picks, rewards, anywhere, (slot + 1, place, last), known);
     for pick in picks {
-        if pick.from == (slot, place) && last != Some(pick.item) {
+        let is_there = pick.from == (slot, place) || anywhere && pick.from.0 == slot;
+        if is_there && last != Some(pick.item) {
             let (slot, place) = pick.to;
             let next = (slot, place, Some(pick.item));
-            let value = rewards[pick.item] + best_from_place(picks, rewards, next, known);
-            best = best.max(value);
+            let later = best_from_place(picks, rewards, anywhere, next, known);
+            best = best.max(rewards[pick.item] + later);
         }
     }
     known.insert((slot, place, last), best);
@@ -400,7 +403,10 @@ proptest! {
         let (mut values, mut endings) = (Vec::new(), Vec::new());
         network.longest_path(&rewards, &mut values, &mut endings);
         // The arm rests at the first bin.
-        let best = best_from_place(&picks, &rewards, (0, 0, None), &mut HashMap::new());
+        let best_from = |from, anywhere| {
+            best_from_place(&picks, &rewards, anywhere, from, &mut HashMap::new())
+        };
+        let best = best_from((0, 0, None), false);
         let last = values.len() - 1;
         prop_assert_eq!(values[last], best);
         let mut found = 0;
@@ -411,9 +417,16 @@ proptest! {
         network.longest_path_from(&rewards, &mut to_come, all.clone());
         for place in 0..2 {
             let from = (0, usize::from(place), None);
-            let best = best_from_place(&picks, &rewards, from, &mut HashMap::new());
-            prop_assert_eq!(to_come[network.position(0, place)].best, best);
+            prop_assert_eq!(to_come[network.position(0, place)].best, best_from(from, false));
         }
+        // Picks that may fail take the arm anywhere.
+        let failing = network.clone().with_failures();
+        failing.longest_path(&rewards, &mut values, &mut endings);
+        let best = best_from((0, 0, None), true);
+        prop_assert_eq!(values[last], best);
+        let mut found = 0;
+        failing.follow(&rewards, &endings, last, |item| found += rewards[item as usize]);
+        prop_assert_eq!(found, best);
         // In two parts, the later first.
         let mut in_parts = to_come.clone();
         in_parts[..network.position(all.end / 2, 0)].fill(BestTwo::free(7));
