@@ -83,17 +83,15 @@ pub fn keep(
         let solved = entries
             .iter()
             .filter_map(|entry| entry.solved.as_ref().ok());
-        let mut above = solved.filter_map(|solution| known.contradiction(&solution.figures));
-        if let Some(problem) = above.next() {
-            return Err(Error::refuted(format!("{}: {problem}", instance.name)));
+        let mut higher = solved.filter_map(|solution| known.excess(&solution.figures));
+        if let Some(problem) = higher.next() {
+            return Err(above(instance, problem));
         }
         if let (Some(picked), Some(bound)) = (known.picked, known.picks_bound)
             && picked > bound
         {
-            return Err(Error::refuted(format!(
-                "{}: {picked} picks are known, but the certified bound is {bound}: please report this",
-                instance.name
-            )));
+            let problem = format!("{picked} picks are known, but the certified bound is {bound}");
+            return Err(above(instance, problem));
         }
     }
     if files.is_empty() && kept.tighter.is_empty() {
@@ -115,6 +113,12 @@ pub fn keep(
         .collect();
     files::write_whole(&folder.join(MANIFEST), manifest::text(&rows).as_bytes())?;
     Ok(kept)
+}
+
+/// A solution above a bound.
+fn above(instance: &Instance, problem: String) -> Error {
+    let cure = "report this: either the bound or the checker is wrong";
+    Error::contradiction(&instance.name, problem, cure)
 }
 
 /// Checks that the file of the best known solution of `instance`, which is to be replaced, is no better than the

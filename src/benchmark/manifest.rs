@@ -93,18 +93,18 @@ impl Known {
     }
 
     /// Why no solution can have `figures`, if a bound says so: then bound or checker is wrong.
-    pub fn contradiction(&self, figures: &Figures) -> Option<String> {
+    pub fn excess(&self, figures: &Figures) -> Option<String> {
         let (picked, rate) = (figures.picked, figures.picking_rate());
         let picks = self.picks_bound.filter(|bound| picked > *bound);
         if let Some(bound) = picks {
             return Some(format!(
-                "{picked} picks are more than the certified bound of {bound}: please report this"
+                "{picked} picks are more than the certified bound of {bound}"
             ));
         }
         let bound = self.rate_bound?;
         (rate > bound * (1.0 + SAME_RATE)).then(|| {
             format!(
-                "a picking rate of {}/min is more than the certified bound of {}/min: please report this",
+                "a picking rate of {}/min is more than the certified bound of {}/min",
                 rounded(rate, 7),
                 rounded(bound, 7)
             )
@@ -353,8 +353,8 @@ mod tests {
         assert!(known.is_beaten_by(&figures(11, 20.0)));
         assert!(!known.is_beaten_by(&figures(9, 1.0)));
         assert!(Known::default().is_beaten_by(&figures(0, 1.0)));
-        assert_eq!(known.contradiction(&figures(11, 10.0)), None);
-        let told = |figures: &Figures| known.contradiction(figures).unwrap();
+        assert_eq!(known.excess(&figures(11, 10.0)), None);
+        let told = |figures: &Figures| known.excess(figures).unwrap();
         assert!(told(&figures(12, 20.0)).starts_with("12 picks are more"));
         assert!(told(&figures(10, 9.0)).starts_with("a picking rate of 66.66667/min"));
         assert_eq!(known.mistake(&figures(10, 10.0)), None);

@@ -3,7 +3,7 @@
 use super::entrant::{Entrant, Foresight, for_robots};
 use super::instance::{Instance, load_instances};
 use super::judge::{Attempts, Solution, judge, read};
-use super::manifest::FoundBound;
+use super::manifest::{FoundBound, MANIFEST};
 use super::program::OutsideProgram;
 use super::timed::TimedStrategy;
 use crate::checker::Terms;
@@ -103,6 +103,8 @@ pub struct Entry {
     pub solved: std::result::Result<Solution, String>,
     /// Whether the run is possible, but above a bound: one of the two must be wrong.
     pub contradicts: bool,
+    /// Whether it is a best known solution that is not what the list says, or not possible.
+    pub lost: bool,
     /// The bound, if it was computed anew.
     pub bound: Option<FoundBound>,
     /// Number of decisions; for those who write whole runs, of picks.
@@ -132,21 +134,31 @@ impl BenchmarkResult {
             |wrong: &dyn Fn(&Entry) -> bool| self.entries.iter().filter(|e| wrong(e)).count();
         let above = count(&|entry| entry.contradicts);
         if above > 0 {
-            return Err(Error::refuted(format!(
-                "above a certified bound: {}",
-                counted(above, "run")
-            )));
+            return Err(Error::contradiction(
+                "the benchmark",
+                format!("{} above a certified bound", counted(above, "run")),
+                "report this: either the bound or the checker is wrong",
+            ));
         }
-        let is_best = |entry: &Entry| self.entrants[entry.entrant] == Entrant::Best;
-        let lost = count(&|entry| is_best(entry) && entry.solved.is_err());
+        let lost = count(&|entry| entry.lost);
         if lost > 0 {
-            return Err(Error::refuted(format!(
-                "not what the list says, or not possible: {}",
-                counted(lost, "best known solution")
-            )));
+            return Err(Error::contradiction(
+                "the benchmark",
+                format!(
+                    "{} not possible, or not what {MANIFEST} says",
+                    counted(lost, "best known solution")
+                ),
+                "correct what is listed as failed",
+            ));
         }
-        if count(&|entry| entry.solved.is_ok()) == 0 {
-            return Err(Error::refuted("no run is valid".to_owned()));
+        let asked = |entry: &Entry| self.entrants[entry.entrant] != Entrant::Best;
+        let valid = |entry: &Entry| entry.solved.is_ok();
+        if count(&asked) > 0 && count(&valid) == 0 {
+            return Err(Error::contradiction(
+                "the benchmark",
+                "no run is valid",
+                "see why each of them failed",
+            ));
         }
         Ok(())
     }
@@ -322,6 +334,7 @@ impl<'a> BenchmarkStudy<'a> {
                         entrant,
                         solved: Err(reason.clone()),
                         contradicts: false,
+                        lost: false,
                         bound,
                         decisions: 0,
                         spent,
@@ -366,7 +379,7 @@ impl<'a> BenchmarkStudy<'a> {
             if let Some(found) = bound {
                 known.tighten(found);
             }
-            if let Some(problem) = known.contradiction(&solution.figures) {
+            if let Some(problem) = known.excess(&solution.figures) {
                 contradicts = true;
                 return Err(problem);
             }
@@ -376,6 +389,10 @@ impl<'a> BenchmarkStudy<'a> {
             };
             mistake.map_or(Ok(solution), Err)
         });
+        // Of a new benchmark, nothing is known.
+        let is_known = of.known.picked.is_some() || of.best_file().exists();
+        let is_best = self.entrants[entrant] == Entrant::Best;
+        let lost = is_best && is_known && solved.is_err() && !contradicts;
         let picks = solved
             .as_ref()
             .map_or(0, |solution| solution.figures.picked);
@@ -384,6 +401,7 @@ impl<'a> BenchmarkStudy<'a> {
             entrant,
             solved,
             contradicts,
+            lost,
             bound,
             decisions: decisions.unwrap_or(picks as u64),
             spent,

@@ -135,6 +135,20 @@ impl Error {
         Self::of(Details::Refuted(problem.into()))
     }
 
+    /// The result at `place` violates what it promises, otherwise than a run.
+    pub fn contradiction(
+        place: impl Into<String>,
+        problem: impl Into<String>,
+        cure: impl Into<String>,
+    ) -> Self {
+        Self::described(
+            ErrorKind::Refuted,
+            place.into(),
+            problem.into(),
+            cure.into(),
+        )
+    }
+
     /// The user stopped the work before the first result.
     pub fn interrupted() -> Self {
         Self::of(Details::Interrupted)

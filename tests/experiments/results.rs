@@ -155,9 +155,10 @@ fn compare_first_runs(root: &Path, folder: &Path) -> usize {
     let command = command.strip_prefix("# pickline ").unwrap();
     let rows: Vec<&str> = committed.lines().filter(|l| !l.starts_with('#')).collect();
     let robust = rows.iter().find(|row| row.contains(",robust_gt,")).unwrap();
-    // No name of a case has a comma.
     let place = rows[0].split(',').position(|name| name == "assignment");
-    let robust = robust.split(',').nth(place.unwrap()).unwrap();
+    // Names of cases may have commas, this column and those after it have none.
+    let after = rows[0].split(',').count() - 1 - place.unwrap();
+    let robust = robust.rsplit(',').nth(after).unwrap();
     let robust = robust.replace(' ', ",");
     // Found again, the assignment and the bases of the plans would take minutes.
     let table = std::fs::read_to_string(folder.join("table.txt")).unwrap();

@@ -62,15 +62,20 @@ pub const ROWS: &[Row] = &[
             ),
         ] {
             program(rig, script);
-            let run = &self::runs(rig, "--program ./run.sh --only near")[0];
+            // A strategy that can do it, so that some run is valid.
+            let runs = self::runs(rig, "--program ./run.sh --only near --strategy rules:FIFO");
+            let run = &runs[1];
             assert!(run["picked"].is_null(), "{run}");
             assert!(failure(run).contains(words), "{words} not in {run}");
         }
     }),
     row(&BENCHMARK, "--timeout", |rig, _| {
         program(rig, "exec sleep 3");
-        let run = &runs(rig, "--program ./run.sh --timeout 0.2 --only near")[0];
+        // What the program has started is stopped with it.
+        let call = "--program ./run.sh --timeout 0.2 --only near";
+        let run = &runs(rig, &format!("{call} --strategy rules:FIFO"))[1];
         assert_eq!(failure(run), "the program: took longer than 0.2 s");
+        rig.ended(&format!("{CALL} {call}"), 1, &["no run is valid"]);
     }),
     row(&BENCHMARK, "--picks", |rig, _| {
         let runs = runs(rig, "--picks mine");
@@ -103,11 +108,53 @@ pub const ROWS: &[Row] = &[
             (&"best known".into(), &1.into())
         );
         assert_eq!(number(run, "/gap_to_bound_percent"), 0.0);
+        // The list is held to what is there.
+        let list = rig.read("bench/instances.csv");
+        for (from, to, code, words) in [
+            ("near,1,1,1,", "near,1,1,0,", 1, "1 best known solution"),
+            (
+                "near,1,1,",
+                "near,2,1,",
+                2,
+                "instances.csv:2: robots: 2, but",
+            ),
+            (
+                "near,1,1,",
+                "near,1,3,",
+                2,
+                "instances.csv:2: items: 3, but",
+            ),
+        ] {
+            rig.write("bench/instances.csv", &list.replace(from, to));
+            rig.ended(CALL, code, &[words]);
+        }
+        // Nothing is lost, and nothing possible is above a bound.
+        rig.write(
+            "bench/instances.csv",
+            &list.replace("near,1,1,1,", "near,1,1,0,"),
+        );
+        let update = format!("{CALL} --strategy rules:FIFO --update");
+        rig.refused(&update, &["near.csv", "correct the list"]);
+        rig.write("bench/instances.csv", &format!("# mine\n{list}"));
+        rig.refused(&update, &["a comment would be lost"]);
+        let bounded = "name,picks_bound,rate_bound_per_min\nnear,,1\n";
+        rig.write("bench/instances.csv", bounded);
+        rig.ended(
+            &update,
+            1,
+            &["the benchmark: 1 run above a certified bound"],
+        );
+        assert_eq!(rig.read("bench/instances.csv"), bounded);
+        rig.write("bench/instances.csv", &list);
     }),
     row(&BENCHMARK, "--by", |rig, _| {
         runs(rig, "--picks mine --update --by=A.Name");
         let list = rig.read("bench/instances.csv");
         assert!(list.lines().any(|line| line.ends_with(",A.Name")), "{list}");
+        rig.refused(
+            &format!("{CALL} --strategy SPT --strategy rules:SPT"),
+            &["`rules:SPT` is given twice"],
+        );
     }),
     row(&BENCHMARK, "--seed", |rig, _| {
         let seed = |flags: &str| number(&report(rig, flags), "/made/seed");

@@ -218,8 +218,13 @@ impl Rig {
 
     /// A call that has to be refused with these words.
     pub fn refused(&self, line: &str, words: &[&str]) {
+        self.ended(line, 2, words);
+    }
+
+    /// Calls the program, which must end with this code and a message with all of `words`.
+    pub fn ended(&self, line: &str, code: i32, words: &[&str]) {
         let called = self.call(line);
-        assert_eq!(called.code, Some(2), "{line}: {}", called.stderr);
+        assert_eq!(called.code, Some(code), "{line}: {}", called.stderr);
         for word in words {
             assert!(called.stderr.contains(word), "{line}: {}", called.stderr);
         }
