@@ -217,10 +217,13 @@ fn a_long_pattern_is_worth_time_in_proportion() {
                 spacing = 1.3\nbase_offset = 0.1\nbin_offset = 0.1\ntail = 0.5\nreach = 0.75\n\
                 speed = 3.0\ngrasp_time = 0.08\nrelease_time = 0.08\n";
     std::fs::write(&station, line).unwrap();
-    let generate = "pattern generate poisson --radius 0.05 --count 1200 --width 0.6";
-    let mut generate: Vec<&str> = generate.split(' ').collect();
-    generate.extend(["-o", &pattern]);
-    text(&generate);
+    let generate = |count: &str| {
+        let call = "pattern generate poisson --radius 0.05 --width 0.6 --force --count";
+        let mut call: Vec<&str> = call.split(' ').collect();
+        call.extend([count, "-o", &pattern]);
+        text(&call);
+    };
+    generate("1200");
     let on = [
         "--station",
         &station,
@@ -238,7 +241,10 @@ fn a_long_pattern_is_worth_time_in_proportion() {
     let bound = read(&["bound", "--iterations", "100"]);
     let bound = bound["picks_upper_bound"].as_f64().unwrap();
     assert!(quick <= 1.1 * bound, "{quick} against {bound}");
-    // Its slots are more than 2.5 times as long as those of a short pattern, which is said.
+    assert_eq!(run["bound"]["cut_short"], serde_json::Value::Null);
+    // Where its slots are longer than a twentieth of a pick, that is said.
+    generate("12000");
+    let run = read(&["simulate", "--strategy", "SPT,SPT,SPT,SPT"]);
     assert_eq!(run["bound"]["cut_short"], true);
 }
 
