@@ -76,8 +76,11 @@ pub fn keep(
             ));
             kept.better.push(instance.name.clone());
         }
-        let found = entries.iter().filter_map(|entry| entry.bound);
-        if found.fold(false, |tighter, found| known.tighten(found) || tighter) {
+        let before = (known.picks_bound, known.rate_bound);
+        for found in entries.iter().filter_map(|entry| entry.bound) {
+            known.tighten(found);
+        }
+        if before != (known.picks_bound, known.rate_bound) {
             kept.tighter.push(instance.name.clone());
         }
         let solved = entries

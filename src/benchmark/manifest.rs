@@ -81,15 +81,13 @@ impl Known {
         }
     }
 
-    /// Lowers the bounds to `found` where it is lower; returns whether it was.
-    pub fn tighten(&mut self, found: FoundBound) -> bool {
-        let before = (self.picks_bound, self.rate_bound);
+    /// Lowers the bounds to `found` where it is lower.
+    pub fn tighten(&mut self, found: FoundBound) {
         let picks = self.picks_bound.unwrap_or(usize::MAX);
         self.picks_bound = Some(picks.min(found.picks));
         if let Some(rate) = found.rate {
             self.rate_bound = Some(self.rate_bound.unwrap_or(f64::INFINITY).min(rate));
         }
-        before != (self.picks_bound, self.rate_bound)
     }
 
     /// Why no solution can have `figures`, if a bound says so: then bound or checker is wrong.

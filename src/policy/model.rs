@@ -200,7 +200,7 @@ impl Policy {
     /// Never for a loaded policy; tract returns a `Result`.
     pub fn state(&self) -> Result<PolicyState> {
         let state = match &self.engine {
-            Engine::Native(network) => EngineState::Native(network.clone(), Workspace::default()),
+            Engine::Native(network) => EngineState::Native(network.clone(), Box::default()),
             Engine::Tract(plan) => {
                 EngineState::Tract(plan.spawn().map_err(|error| self.failed(&error))?)
             }
@@ -264,7 +264,7 @@ pub struct PolicyState {
 
 #[derive(Debug)]
 enum EngineState {
-    Native(Arc<NativeNetwork>, Workspace),
+    Native(Arc<NativeNetwork>, Box<Workspace>),
     Tract(TypedSimpleState),
 }
 
