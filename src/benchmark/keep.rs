@@ -3,7 +3,7 @@
 use super::entrant::Entrant;
 use super::instance::{Instance, load_instances, load_manifest};
 use super::judge::{judge, picks_csv, read};
-use super::manifest::{self, MANIFEST};
+use super::manifest::{self, MANIFEST, ManifestRow};
 use super::study::{BenchmarkResult, BenchmarkStudy, Entry};
 use crate::checker::Terms;
 use crate::error::{Error, Result};
@@ -26,9 +26,15 @@ pub struct Improved {
 /// # Errors
 /// A list that cannot be read, a comment in it, or a column that is not one of a list.
 pub fn check_keep(folder: &Path) -> Result<()> {
-    load_manifest(folder)?;
+    load_rewritable(folder).map(drop)
+}
+
+/// The list in `folder`, if it can be written again without losing anything.
+fn load_rewritable(folder: &Path) -> Result<Vec<ManifestRow>> {
+    let rows = load_manifest(folder)?;
     let file = folder.join(MANIFEST);
-    manifest::check_rewritable(&files::read_text(&file)?, &file.display().to_string())
+    manifest::check_rewritable(&files::read_text(&file)?, &file.display().to_string())?;
+    Ok(rows)
 }
 
 /// Writes into `folder` what `result` knows better: for each instance the picks of the best solution, if it has
@@ -44,9 +50,8 @@ pub fn keep(
     result: &BenchmarkResult,
     by: Option<&str>,
 ) -> Result<Improved> {
-    check_keep(folder)?;
     let mut kept = Improved::default();
-    let mut rows = load_manifest(folder)?;
+    let mut rows = load_rewritable(folder)?;
     let mut files = Vec::new();
     for (place, instance) in study.instances().iter().enumerate() {
         let entries = result.entries.iter();

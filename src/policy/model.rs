@@ -112,7 +112,6 @@ impl Policy {
         let ours = || NativeNetwork::read(graph, &ports.layout);
         let standard = model.opset_import == operator_sets() && model.functions.is_empty();
         let native = standard.then(ours).flatten();
-        let is_native = native.is_some();
         let engine = match native {
             Some(network) => Engine::Native(Arc::new(network)),
             None => Engine::Tract(in_tract(model, &ports, place)?),
@@ -127,13 +126,11 @@ impl Policy {
             remark: None,
             engine,
         };
-        if !is_native {
-            policy.find_output(graph)?;
-        }
+        policy.find_output(graph)?;
         Ok(policy)
     }
 
-    /// Runs the network once to find the output with one number per action.
+    /// Runs a network in tract once to find the output with one number per action; one of ours has no other.
     fn find_output(&mut self, graph: &GraphProto) -> Result<()> {
         let observation = vec![0.0; self.layout.observation()];
         let mask = vec![true; self.layout.actions()];

@@ -72,21 +72,16 @@ fn architecture(graph: &GraphProto) -> Option<Architecture> {
     } else {
         Activation::Tanh
     };
-    let mut outputs = matrices(graph).map(|(_, outputs)| outputs);
-    if operators().any(|operator| operator == "Slice") {
-        return Some(Architecture::Scorer {
-            width: outputs.next()?,
-            activation,
-        });
-    }
-    let mut hidden: Vec<usize> = outputs.collect();
-    let joins = |pair: &[(usize, usize)]| pair[0].1 == pair[1].0;
     let sizes: Vec<(usize, usize)> = matrices(graph).collect();
-    hidden.pop()?;
-    sizes
-        .windows(2)
-        .all(joins)
-        .then_some(Architecture::Mlp { hidden, activation })
+    let (_, before) = sizes.split_last()?;
+    if operators().any(|operator| operator == "Slice") {
+        let (_, width) = sizes[0];
+        return Some(Architecture::Scorer { width, activation });
+    }
+    let joins = |pair: &[(usize, usize)]| pair[0].1 == pair[1].0;
+    let hidden = before.iter().map(|(_, outputs)| *outputs).collect();
+    let joined = sizes.windows(2).all(joins);
+    joined.then_some(Architecture::Mlp { hidden, activation })
 }
 
 /// The sizes of the matrices of `graph`, inputs and outputs.

@@ -67,40 +67,36 @@ fn the_docs_show_what_the_policies_of_both_trainers_gain() {
 /// pattern of each case is, with the command at the head of the committed file.
 #[test]
 fn the_first_runs_of_the_long_comparisons_are_made_again() {
-    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
-    let mut compared = 0;
-    for part in ["lookahead", "real-lines", "failures", "single-arm"] {
-        for folder in std::fs::read_dir(root.join("results").join(part)).unwrap() {
-            let folder = folder.unwrap().path();
-            if folder.is_dir() {
-                compared += compare_first_runs(root, &folder);
-            }
-        }
-    }
-    // The paper's stations, eight cases and four methods; six lines and their constant-speed models, one
-    // case each, with three or four methods; four stations and two probabilities, with two cases and four
-    // methods; two arms with four cases and four methods.
-    assert_eq!(compared, 2 * 8 * 4 + 6 * (4 + 3) + 8 * 2 * 4 + 2 * 4 * 4);
+    hold_long_comparisons(compare_first_runs);
 }
 
 /// The rates of the committed comparisons are the means of the committed runs.
 #[test]
 fn the_rates_of_the_long_comparisons_are_those_of_their_runs() {
+    hold_long_comparisons(hold_rates);
+}
+
+/// Calls `hold` with the project's folder and that of every long comparison. It returns how much it has held,
+/// which must be one for each case and method.
+fn hold_long_comparisons(hold: impl Fn(&Path, &Path) -> usize) {
     let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
     let mut held = 0;
     for part in ["lookahead", "real-lines", "failures", "single-arm"] {
         for folder in std::fs::read_dir(root.join("results").join(part)).unwrap() {
             let folder = folder.unwrap().path();
             if folder.is_dir() {
-                held += hold_rates(&folder);
+                held += hold(root, &folder);
             }
         }
     }
+    // The paper's stations, eight cases and four methods; six lines and their constant-speed models, one
+    // case each, with three or four methods; four stations and two probabilities, with two cases and four
+    // methods; two arms with four cases and four methods.
     assert_eq!(held, 2 * 8 * 4 + 6 * (4 + 3) + 8 * 2 * 4 + 2 * 4 * 4);
 }
 
 /// Holds each rate in `folder` to the mean over its runs; returns how many.
-fn hold_rates(folder: &Path) -> usize {
+fn hold_rates(_root: &Path, folder: &Path) -> usize {
     let read = |file: &str| {
         let text = std::fs::read_to_string(folder.join(file)).unwrap();
         let mut csv = csv::ReaderBuilder::new()

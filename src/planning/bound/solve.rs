@@ -156,8 +156,8 @@ pub fn upper_bound(
 }
 
 /// The scene without failures and outages, in which every pick that succeeds on `scene` is a pick:
-/// failures and outages only cost time, and failures take an arm to another bin. With noisy positions, a pick succeeds within the window of the true
-/// position, whatever the camera reported when.
+/// failures and outages only cost time, and failures take an arm to another bin. With noisy positions, a
+/// pick succeeds within the window of the true position, whatever the camera reported when.
 fn without_disturbances<'a>(scene: &Scene<'a>) -> Result<Scene<'a>> {
     let mut conditions = scene.conditions().clone();
     if conditions.disturbances.position_noise > 0.0 {

@@ -321,7 +321,7 @@ proptest! {
 }
 
 /// The line with another bin, 2 m upstream of the first, so that an item is cheap for the arm in one place
-/// and dear in the other.
+/// and expensive in the other.
 fn station_with_two_bins(dwell: f64) -> Station {
     let plain = station(dwell);
     let mut robot = plain.robots()[0].clone();
