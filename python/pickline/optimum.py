@@ -137,7 +137,7 @@ def optimize(
     gap_share: float | None = None,
     objective: Literal["picking-rate", "picked-share", "weighted-rate", "max-speed"] = "picking-rate",
     risk: str = "mean",
-    search: Literal["auto", "exhaustive", "grasp", "both"] = "auto",
+    search: Literal["auto", "exhaustive", "grasp", "both", "exact"] = "auto",
     starts: int = 8,
     alpha: float = 0.3,
     speed_step: float = 0.001,
@@ -171,7 +171,7 @@ def optimize(
             [1/min] or ``"max-speed"`` [m/s].
         risk: How the patterns are combined: ``"mean"``, ``"worst"``, or ``"cvar:A"``, the mean of the
             worst share A.
-        search: ``"auto"``, ``"exhaustive"``, ``"grasp"`` or ``"both"``.
+        search: ``"auto"``, ``"exhaustive"``, ``"grasp"``, ``"both"`` or ``"exact"``.
         starts: Number of starts of GRASP.
         alpha: Width of the restricted candidate list of GRASP, 0 (greedy) to 1 (random).
         speed_step: Resolution of the speed limits that break ties [m/s].

@@ -35,6 +35,12 @@ pub trait DispatchingRule: Sync {
         f64::NEG_INFINITY
     }
 
+    /// Whether the key depends on the items' rewards only, so that items of equal reward are picked as by
+    /// FIFO.
+    fn ranks_by_reward(&self) -> bool {
+        false
+    }
+
     /// Index of the candidate with the smallest key. Ties go to the item further downstream, then
     /// to the lower index. `candidates` must not be empty.
     ///

@@ -23,4 +23,8 @@ impl DispatchingRule for Pp {
     fn key(&self, _at: &Moment, candidate: &Candidate) -> f64 {
         -candidate.weight
     }
+
+    fn ranks_by_reward(&self) -> bool {
+        true
+    }
 }

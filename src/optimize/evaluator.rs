@@ -152,6 +152,16 @@ impl<'a> Evaluator<'a> {
         places
     }
 
+    /// The scenes on which it evaluates, in the order of [`Evaluator::places`].
+    pub(super) fn scenes(&self) -> impl Iterator<Item = &Scene<'a>> {
+        self.places().into_iter().map(|place| &self.scenes[place])
+    }
+
+    /// Counts runs that were made without it.
+    pub(super) fn count_runs(&self, runs: u64) {
+        self.runs.fetch_add(runs, Ordering::Relaxed);
+    }
+
     /// Number of patterns on which the robots are independent, so that the cascade can be used.
     pub fn independent_patterns(&self) -> usize {
         let independent = |place: &&usize| self.scenes[**place].is_independent();

@@ -4,6 +4,7 @@
 mod beside;
 mod environment;
 mod evaluator;
+mod exact;
 pub mod game;
 mod grasp;
 mod grasp_walk;
@@ -19,6 +20,7 @@ pub use beside::bound_beside;
 pub(crate) use beside::part_bound_beside;
 pub use environment::{Environment, Progress, Silent, Stop};
 pub use evaluator::{Evaluation, Evaluator, Score};
+pub use exact::Proof;
 pub use grasp::{Grasp, GraspOutcome};
 pub use objective::{Objective, Risk};
 pub use optimum::find_optimum;

@@ -2,6 +2,7 @@
 
 use super::environment::{Deadline, Environment};
 use super::evaluator::{Evaluation, Evaluator, Score};
+use super::exact::{self, Proof, prove};
 use super::grasp::GraspOutcome;
 use super::grasp_walk::Memo;
 use super::objective::Risk;
@@ -17,6 +18,8 @@ const MOST_MEMORY: f64 = 2e9;
 const PER_ASSIGNMENT: f64 = 800.0;
 const PER_VALUE: f64 = 24.0;
 
+/// Share of the runs that GRASP may use before branch and bound.
+const BEFORE_PROOF: f64 = 0.25;
 /// Share of the runs that GRASP leaves for breaking ties.
 const FOR_TIES: f64 = 0.25;
 /// Minimum number of typical patterns on which GRASP evaluates, if its runs suffice to try each
@@ -63,10 +66,13 @@ pub fn find_optimum(
     };
     let ranking = Ranking::new(&found.evaluation, judge, search.risk, tie_break, &within)?
         .ok_or_else(|| nothing_scored(environment))?;
+    let proven = found.proof.is_some() && !found.cut;
     let cut = sampled.is_some() || found.cut || ranking.cut;
     Ok(Optimum {
         kind,
         stop: match cut {
+            // However far breaking ties came.
+            _ if proven => StopReason::Proven,
             _ if environment.stopped() => StopReason::Interrupted,
             true if deadline.passed() => StopReason::TimeLimit,
             true => StopReason::Budget,
@@ -76,6 +82,7 @@ pub fn find_optimum(
         ranking,
         grasp_gap: found.gap(kind, search.risk),
         grasp: found.grasp,
+        proof: found.proof,
         runs: judge.runs() - began,
         max_runs,
         patterns: found.evaluation.patterns.len(),
@@ -88,6 +95,8 @@ struct MethodsOutcome {
     evaluation: Evaluation,
     /// What GRASP found, if it ran.
     grasp: Option<GraspOutcome>,
+    /// What branch and bound proved, if it ran.
+    proof: Option<Proof>,
     /// Whether a method was stopped or used up its runs.
     cut: bool,
 }
@@ -124,25 +133,32 @@ fn run_methods(
     }
     let mut memo = Memo::new();
     let mut grasp = None;
-    if matches!(kind, SearchKind::Grasp | SearchKind::Both) && !cut {
-        let outcome = run_grasp(
-            judge,
-            search,
-            &mut memo,
-            enumeration.as_ref(),
-            left(),
-            environment,
-        )?;
+    if !matches!(kind, SearchKind::Exhaustive) && !cut {
+        let most = match kind {
+            SearchKind::Exact => (left() as f64 * BEFORE_PROOF) as u64,
+            _ => left(),
+        };
+        let known = enumeration.as_ref();
+        let outcome = run_grasp(judge, search, &mut memo, known, most, environment)?;
         cut = outcome.cut;
         grasp = Some(outcome);
     }
-    let evaluation = match enumeration {
+    let mut evaluation = match enumeration {
         Some(evaluation) => evaluation,
         None => from_memo(memo, judge),
     };
+    let mut proof = None;
+    if kind == SearchKind::Exact {
+        let most = (left() as f64 * (1.0 - FOR_TIES)) as u64;
+        let outcome = prove(judge, search.risk, evaluation, most, environment)?;
+        evaluation = outcome.evaluation;
+        proof = Some(outcome.proof);
+        cut = outcome.cut;
+    }
     Ok(MethodsOutcome {
         evaluation,
         grasp,
+        proof,
         cut,
     })
 }
@@ -242,7 +258,11 @@ fn resolve(search: &Search, most: Option<u64>, evaluator: &Evaluator) -> Result<
                 runs / all
             };
             Ok(if !(fits && cheaper && affordable) {
-                SearchKind::Grasp
+                let sampled = most.and_then(|most| sample(search, most, evaluator));
+                match sampled.is_none() && exact::takes(evaluator) {
+                    true => SearchKind::Exact,
+                    false => SearchKind::Grasp,
+                }
             } else if beside < BESIDE {
                 SearchKind::Both
             } else {
@@ -374,9 +394,12 @@ mod tests {
             // in addition to 6^4.
             (2, None, true, SearchKind::Exhaustive),
             (4, Some(5 * 1296), false, SearchKind::Both),
-            (4, Some(5 * 1296 - 1), false, SearchKind::Grasp),
+            (4, Some(5 * 1296 - 1), false, SearchKind::Exact),
             (4, None, true, SearchKind::Both),
-            (5, None, false, SearchKind::Grasp),
+            // Attempts may fail, or the runs are enough for GRASP on some of the patterns only.
+            (5, None, true, SearchKind::Grasp),
+            (5, Some(1000), false, SearchKind::Grasp),
+            (5, None, false, SearchKind::Exact),
         ] {
             let station = station(robots);
             let evaluator = evaluator(&station, &patterns, fails);

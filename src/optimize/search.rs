@@ -1,6 +1,7 @@
 //! The settings of a search, why it ended, and its result.
 
 use super::evaluator::Evaluator;
+use super::exact::Proof;
 use super::grasp::{Grasp, GraspOutcome};
 use super::objective::Risk;
 use super::ranking::Ranking;
@@ -17,7 +18,8 @@ use strum::VariantNames as _;
 #[strum(serialize_all = "lowercase")]
 pub enum SearchKind {
     /// Enumerates if that costs less than GRASP, and also runs GRASP if that adds almost
-    /// nothing.
+    /// nothing. Longer lines are searched by `Exact` if it takes them and the runs suffice for all
+    /// patterns, otherwise by `Grasp`.
     Auto,
     /// Enumerates all `6^N` assignments.
     Exhaustive,
@@ -25,10 +27,12 @@ pub enum SearchKind {
     Grasp,
     /// Both, to measure GRASP's gap to the optimum.
     Both,
+    /// GRASP, then branch and bound, which proves what is best without scoring all assignments.
+    Exact,
 }
 
 impl SearchKind {
-    /// The method with this name: `auto`, `exhaustive`, `grasp` or `both`.
+    /// The method with this name: `auto`, `exhaustive`, `grasp`, `both` or `exact`.
     ///
     /// # Errors
     /// The name is unknown; the message suggests the nearest known one.
@@ -191,6 +195,8 @@ setters!(Search {
 pub enum StopReason {
     /// Every assignment was scored.
     Enumerated,
+    /// Branch and bound left no assignment that could be better.
+    Proven,
     /// Every start of GRASP reached a local optimum.
     LocalOptima,
     /// The runs were used up; the result is the best so far, or over fewer patterns.
@@ -222,6 +228,8 @@ pub struct Optimum {
     pub grasp: Option<GraspOutcome>,
     /// GRASP's gap to the optimum in units of the objective, if both methods ran.
     pub grasp_gap: Option<f64>,
+    /// How far it is proven that nothing is better, if branch and bound ran.
+    pub proof: Option<Proof>,
     /// Runs of the search, including those that break ties: one assignment on one pattern at
     /// one speed each.
     pub runs: u64,
@@ -239,6 +247,7 @@ mod tests {
     fn why_a_search_ended_has_a_name() {
         let names = [
             StopReason::Enumerated,
+            StopReason::Proven,
             StopReason::LocalOptima,
             StopReason::Budget,
             StopReason::TimeLimit,
@@ -247,6 +256,7 @@ mod tests {
         .map(StopReason::name);
         let words = [
             "enumerated",
+            "proven",
             "local_optima",
             "budget",
             "time_limit",

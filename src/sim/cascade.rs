@@ -24,13 +24,36 @@ pub struct Cascade<'a> {
 
 #[derive(Clone)]
 struct Level {
-    claims: Claims,
+    line: LineState,
     /// The next robot's queue without claimed items, once it has been requested.
     left: Vec<Candidate>,
     left_is_current: bool,
-    picked: usize,
-    weight: f64,
-    last_release: f64,
+}
+
+/// What the first robots of a line did with a pattern: all that the robots after them, and the figures
+/// of the run, depend on.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct LineState {
+    claims: Claims,
+    /// Number of items picked.
+    pub picked: usize,
+    /// Sum of their rewards.
+    pub weight: f64,
+    /// When the last of them was released [s]; 0 if there is none.
+    pub last_release: f64,
+}
+
+impl LineState {
+    /// Whether `item` is to be picked and has not been.
+    #[inline(always)]
+    pub(crate) fn leaves(&self, item: u32) -> bool {
+        !self.claims.contains(item)
+    }
+
+    /// Whether the same items are left as in `other`.
+    pub(crate) fn leaves_as(&self, other: &Self) -> bool {
+        self.claims == other.claims
+    }
 }
 
 impl<'a> Cascade<'a> {
@@ -43,12 +66,12 @@ impl<'a> Cascade<'a> {
             candidates: Vec::new(),
             levels: vec![
                 Level {
-                    claims: scene.not_offered().clone(),
+                    line: LineState {
+                        claims: scene.not_offered().clone(),
+                        ..LineState::default()
+                    },
                     left: Vec::new(),
                     left_is_current: false,
-                    picked: 0,
-                    weight: 0.0,
-                    last_release: 0.0,
                 };
                 scene.station().robots().len() + 1
             ],
@@ -75,21 +98,33 @@ impl<'a> Cascade<'a> {
         self.figures(robot + 1)
     }
 
+    /// The state after the first `robots` robots in the passes that led to the latest figures.
+    pub(crate) fn state(&self, robots: usize) -> &LineState {
+        &self.levels[robots].line
+    }
+
+    /// Puts `state` in the place of the state after the first `robots` robots, which goes into `state`.
+    pub(crate) fn exchange(&mut self, robots: usize, state: &mut LineState) {
+        let level = &mut self.levels[robots];
+        std::mem::swap(&mut level.line, state);
+        level.left_is_current = false;
+    }
+
     /// Picks of each of the first `robots` robots in the passes that led to the latest figures: the
     /// difference between consecutive levels.
     pub fn picks(&self, robots: usize) -> impl Iterator<Item = usize> + '_ {
         let levels = self.levels.windows(2).take(robots);
-        levels.map(|level| level[1].picked - level[0].picked)
+        levels.map(|level| level[1].line.picked - level[0].line.picked)
     }
 
     fn figures(&self, robots: usize) -> Figures {
-        let level = &self.levels[robots];
+        let line = &self.levels[robots].line;
         let items = self.scene.pattern().len();
         self.scene.figures(
-            level.picked,
-            level.weight,
-            level.last_release,
-            level.claims.last_missing(items),
+            line.picked,
+            line.weight,
+            line.last_release,
+            line.claims.last_missing(items),
         )
     }
 
@@ -100,10 +135,10 @@ impl<'a> Cascade<'a> {
         let (before, after) = (&mut upstream[robot], &mut rest[0]);
         before.find_left(self.scene.queue(robot));
         let rule: &dyn DispatchingRule = &*rule;
-        after.claims.copy_from(&before.claims);
-        let mut picked = before.picked;
+        after.line.claims.reset_to(&before.line.claims);
+        let mut picked = before.line.picked;
         let mut weight = 0.0;
-        let mut last_release = before.last_release;
+        let mut last_release = before.line.last_release;
         let station = self.scene.station();
         let items = QueuedItems {
             robot,
@@ -130,7 +165,7 @@ impl<'a> Cascade<'a> {
             };
             let candidate = active.swap_remove(place);
             let pick = make_pick(&at, robot, &candidate);
-            after.claims.insert(candidate.item);
+            after.line.claims.insert(candidate.item);
             picked += 1;
             weight += candidate.weight;
             last_release = last_release.max(pick.release);
@@ -142,10 +177,10 @@ impl<'a> Cascade<'a> {
             on_pick(pick);
         }
         after.left_is_current = false;
-        after.picked = picked;
+        after.line.picked = picked;
         // Summed per robot, as in the event loop, so that both agree to the last bit.
-        after.weight = before.weight + weight;
-        after.last_release = last_release;
+        after.line.weight = before.line.weight + weight;
+        after.line.last_release = last_release;
     }
 }
 
@@ -156,7 +191,7 @@ impl Level {
             return;
         }
         self.left.clear();
-        let unclaimed = queue.iter().filter(|c| !self.claims.contains(c.item));
+        let unclaimed = queue.iter().filter(|c| self.line.leaves(c.item));
         self.left.extend(unclaimed);
         self.left_is_current = true;
     }

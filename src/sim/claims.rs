@@ -1,7 +1,7 @@
 //! The set of claimed items, with one bit per item.
 
 /// A set of item indices.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Claims {
     words: Vec<u64>,
 }
@@ -37,10 +37,6 @@ impl Claims {
     /// Becomes a copy of `other`, whatever its size was.
     pub(super) fn reset_to(&mut self, other: &Self) {
         self.words.clone_from(&other.words);
-    }
-
-    pub(super) fn copy_from(&mut self, other: &Self) {
-        self.words.copy_from_slice(&other.words);
     }
 
     /// The highest index below `items` that is not in the set. This is the last unpicked item to

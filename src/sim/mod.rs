@@ -24,6 +24,7 @@ mod windows;
 
 pub use buffers::RunBuffers;
 pub use cascade::Cascade;
+pub(crate) use cascade::LineState;
 pub use class_run::{ClassRun, class_runs};
 pub use conditions::Conditions;
 pub use disturbances::Disturbances;

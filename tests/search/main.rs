@@ -6,10 +6,13 @@
 mod budgets;
 #[path = "../common/mod.rs"]
 mod common;
+mod exact;
 mod game;
 mod game_payoffs;
 mod optimize;
 mod optimize_verb;
 mod ranking;
+#[path = "../common/real_lines.rs"]
+mod real_lines;
 mod saved_strategy;
 mod scores;

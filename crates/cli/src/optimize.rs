@@ -86,6 +86,7 @@ impl OptimizeArgs {
                 SearchArg::Exhaustive => SearchKind::Exhaustive,
                 SearchArg::Grasp => SearchKind::Grasp,
                 SearchArg::Both => SearchKind::Both,
+                SearchArg::Exact => SearchKind::Exact,
             })
             .with_grasp(
                 Grasp::default()

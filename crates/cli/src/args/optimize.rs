@@ -61,7 +61,10 @@ pub(crate) struct OptimizeArgs {
     )]
     pub speed_step: f64,
     /// `auto` enumerates all 6^N assignments if that costs less than GRASP, and also runs
-    /// GRASP if that adds less than a tenth; `both` reports GRASP's gap to the optimum
+    /// GRASP if that adds less than a tenth; longer lines are searched by `exact` where robots pick
+    /// independently, otherwise by `grasp`. `exact` runs GRASP, then proves by branch and bound which
+    /// assignment is best, or how far the best can be from it; `both` reports GRASP's gap to the
+    /// optimum
     #[arg(long, value_enum, default_value_t = SearchArg::Auto, help_heading = "Search")]
     pub search: SearchArg,
     /// GRASP: number of starts
@@ -155,4 +158,5 @@ pub(crate) enum SearchArg {
     Exhaustive,
     Grasp,
     Both,
+    Exact,
 }

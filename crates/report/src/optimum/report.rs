@@ -23,7 +23,7 @@ pub struct OptimumReport {
     pub unit: &'static str,
     /// How values of several patterns are aggregated.
     pub risk: String,
-    /// `exhaustive` or `grasp`.
+    /// `exhaustive`, `grasp` or `exact`.
     pub search: &'static str,
     /// Why the search ended, in snake case.
     pub stop_reason: &'static str,
@@ -37,6 +37,9 @@ pub struct OptimumReport {
     pub max_runs: Option<u64>,
     /// What GRASP found, if it ran.
     pub grasp: Option<GraspReport>,
+    /// What branch and bound proved; omitted if it did not run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub proof: Option<ProofReport>,
     /// The assignment with the highest aggregate before ties were broken.
     pub leader: Vec<&'static str>,
     /// Number of assignments among which the tie was broken, including the leader.
@@ -77,6 +80,24 @@ pub struct GraspReport {
     pub value: Option<f64>,
     /// Optimum minus that value, if all assignments were also enumerated.
     pub gap: Option<f64>,
+}
+
+/// How far branch and bound proved that no assignment is better.
+#[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
+pub struct ProofReport {
+    /// No assignment has a higher figure than this, in the unit of the objective.
+    pub most: f64,
+    /// This minus the leader's figure; 0 if the leader is proven to be optimal.
+    pub gap: f64,
+    /// Passes of one robot over a pattern.
+    pub passes: u64,
+    /// Passes that all assignments take together, prefixes shared.
+    pub tree_passes: f64,
+    /// Prefixes whose next robot was simulated.
+    pub nodes: u64,
+    /// Prefixes that coincide with another or leave nothing to pick.
+    pub merged: u64,
 }
 
 /// An assignment in the ranking.
@@ -179,6 +200,7 @@ impl OptimumReport {
             risk: search.risk.to_string(),
             search: match optimum.kind {
                 SearchKind::Grasp => "grasp",
+                SearchKind::Exact => "exact",
                 _ => "exhaustive",
             },
             stop_reason: optimum.stop.name(),
@@ -194,6 +216,14 @@ impl OptimumReport {
                 best: grasp.best.as_ref().map(|best| best.names()),
                 value: grasp.best.as_ref().map(|_| grasp.value),
                 gap: optimum.grasp_gap,
+            }),
+            proof: optimum.proof.as_ref().map(|proof| ProofReport {
+                most: proof.most,
+                gap: proof.gap,
+                passes: proof.passes,
+                tree_passes: proof.tree_passes,
+                nodes: proof.nodes,
+                merged: proof.merged,
             }),
             leader: ranking.leader.names(),
             contenders: ranking.contenders,

@@ -1,7 +1,7 @@
 //! A search as text for the terminal.
 
 use super::objective::bracketed;
-use super::report::{OptimumReport, RankedReport};
+use super::report::{OptimumReport, ProofReport, RankedReport};
 use crate::columns::TableColumns;
 use crate::presentation::Presentation;
 use crate::table::{fixed, interval};
@@ -133,7 +133,9 @@ impl OptimumReport {
         let cut_short = cut_short
             .iter()
             .find(|(reason, _)| reason.name() == self.stop_reason);
-        let how = if let Some((_, how)) = cut_short {
+        let how = if self.stop_reason == StopReason::Proven.name() {
+            "proven optimal by branch and bound".to_owned()
+        } else if let Some((_, how)) = cut_short {
             format!(
                 "{how}; {} assignments scored on {} patterns",
                 self.assignments, self.patterns
@@ -163,6 +165,39 @@ impl OptimumReport {
             Some(most) => format!(" of at most {most} ('runs')"),
             None => String::new(),
         };
-        format!("search    {how}{grasp}; {} runs{most}\n", self.runs)
+        let proof = self.proof.as_ref().map(|proof| self.proof_line(proof));
+        format!(
+            "search    {how}{grasp}; {} runs{most}\n{}",
+            self.runs,
+            proof.unwrap_or_default()
+        )
+    }
+
+    fn proof_line(&self, proof: &ProofReport) -> String {
+        let figure = |value| {
+            format!(
+                "{}{}",
+                fixed(value, self.format().digits()),
+                self.format().spaced_unit()
+            )
+        };
+        let proven = match proof.gap {
+            0.0 => "no assignment scores higher".to_owned(),
+            gap => format!(
+                "no assignment scores above {}, {} more than {}",
+                figure(proof.most),
+                figure(gap),
+                bracketed(&self.leader)
+            ),
+        };
+        let share = 100.0 * proof.passes as f64 / proof.tree_passes;
+        format!(
+            "proof     {proven}; {} prefixes followed, {} merged: after GRASP, {} passes of\n          \
+             a robot over a pattern, {} % of those of all assignments\n",
+            proof.nodes,
+            proof.merged,
+            proof.passes,
+            fixed(share, if share < 1.0 { 3 } else { 0 })
+        )
     }
 }
