@@ -88,8 +88,12 @@ class Optimum(Result):
     unit: str
     """Its unit."""
     stop_reason: str
-    """Why the search ended, in snake case: ``enumerated``, ``local_optima``, ``budget``,
+    """Why the search ended, in snake case: ``enumerated``, ``proven``, ``local_optima``, ``budget``,
     ``time_limit`` or ``interrupted``.
+    """
+    proof: dict[str, Any] | None
+    """What branch and bound proved, as in the program's JSON: no assignment scores above ``most``, which
+    is ``gap`` above the highest score found; None if it did not run.
     """
     runs: int
     """Number of simulated runs: one assignment on one pattern at one belt speed each."""
@@ -109,6 +113,7 @@ class Optimum(Result):
         same = ("best", "objective", "unit", "stop_reason", "runs", "validation", "notes")
         return {name: document[name] for name in same} | dict(
             ranking=Ranking._read(tables["ranking"]),
+            proof=document.get("proof"),
             strategies=ScoredStrategies._read_any(tables.get("strategies")),
             partial=partial(document),
         )

@@ -175,6 +175,11 @@ def test_a_search_is_that_of_the_program(tmp_path):
     assert result.runs == theirs["runs"] and result.unit == "1/min" and result.partial is None
     assert result.ranking.assignment[0] == " ".join(result.best)
     assert result.strategy in repr(result)
+    exact = pickline.optimize(
+        patterns="poisson:0.2:6", items=40, validate=0, search="exact", seed=3
+    )
+    assert (result.proof, exact.stop_reason, exact.proof["gap"]) == (None, "proven", 0.0)
+    assert exact.proof["most"] == max(exact.ranking.value)
     pattern = pickline.Pattern.poisson(1.05, 0.2, 29)
     assert pickline.simulate("paper", pattern, result.strategy).picked > 0
 

@@ -258,8 +258,13 @@ fn resolve(search: &Search, most: Option<u64>, evaluator: &Evaluator) -> Result<
                 runs / all
             };
             Ok(if !(fits && cheaper && affordable) {
-                let sampled = most.and_then(|most| sample(search, most, evaluator));
-                match sampled.is_none() && exact::takes(evaluator) {
+                // GRASP goes first, and must at least score every rule for all robots.
+                let uniform = (RULES.len() * evaluator.pattern_count()) as f64;
+                let suffices = |most: u64| {
+                    let whole = sample(search, most, evaluator).is_none();
+                    whole && uniform <= BEFORE_PROOF * most as f64
+                };
+                match most.is_none_or(suffices) && exact::takes(evaluator) {
                     true => SearchKind::Exact,
                     false => SearchKind::Grasp,
                 }

@@ -133,6 +133,28 @@ fn where_runs_end_the_bound_is_above_the_optimum() {
     assert!(gaps.is_sorted_by(|a, b| a >= b), "{gaps:?}");
 }
 
+/// Nothing can be picked: whatever the runs are, the bound is the figure of a line that stands still.
+#[test]
+fn a_pattern_out_of_reach_is_bounded() {
+    let station = built_in("paper").unwrap().station(Some(1)).unwrap();
+    let robot = &station.robots()[0];
+    // Robots stand behind one edge of the belt and do not reach the other.
+    let far = -0.5 * robot.base.y.signum();
+    let patterns = vec![Pattern::new(vec![Item::at("far".into(), -0.1, far)]).unwrap()];
+    for runs in [MostRuns::Of(1), MostRuns::Of(20), MostRuns::Any] {
+        let line = (&station, &patterns[..]);
+        let risk = Risk::Mean;
+        let found = search(
+            line,
+            (Objective::PickingRate, risk),
+            SearchKind::Exact,
+            runs,
+        );
+        let proof = found.proof.unwrap();
+        assert_eq!((proof.most, proof.gap), (0.0, 0.0), "{runs:?}");
+    }
+}
+
 /// Not even the longest line with spare robots takes long: what is left after a prefix is nothing.
 #[test]
 fn sixteen_robots_with_nothing_left_to_pick_are_proven() {

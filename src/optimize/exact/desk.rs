@@ -52,8 +52,10 @@ impl<'a> Desk<'a> {
     }
 
     /// A figure that no assignment exceeds.
-    pub(super) fn most(&self) -> f64 {
-        self.at_most(0, self.cascade.state(0))
+    pub(super) fn most(&mut self) -> f64 {
+        let idle = self.cascade.run(&[]);
+        let most = self.ceilings.figures(0, self.cascade.state(0), idle.items);
+        self.value(&most.unwrap_or(idle))
     }
 
     /// Simulates `robot` under `rule` after the prefix that is followed.
@@ -86,12 +88,6 @@ impl<'a> Desk<'a> {
         one.leaves_as(other)
             && (!weighs || one.weight == other.weight)
             && (self.objective == Objective::PickedShare || end(one) == end(other))
-    }
-
-    /// A figure that no run exceeds in which the first `passed` robots did `line`.
-    fn at_most(&self, passed: usize, line: &LineState) -> f64 {
-        let figures = self.ceilings.figures(passed, line, self.scene.offered());
-        figures.map_or(f64::INFINITY, |figures| self.value(&figures))
     }
 
     fn value(&self, figures: &Figures) -> f64 {

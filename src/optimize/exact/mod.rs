@@ -78,13 +78,13 @@ pub(super) fn prove(
     let desks = scenes
         .par_iter()
         .filter_map(|scene| Desk::new(scene, objective));
-    let desks: Vec<Desk> = desks.collect();
+    let mut desks: Vec<Desk> = desks.collect();
     let robots = evaluator.station().robots().len();
     let equal = desks.iter().all(Desk::has_equal_rewards);
     let rules: Vec<Rule> = Rule::all()
         .filter(|rule| !(equal && rule.ranks_by_reward()))
         .collect();
-    let bounds: Vec<f64> = desks.iter().map(Desk::most).collect();
+    let bounds: Vec<f64> = desks.iter_mut().map(Desk::most).collect();
     let progress = environment.progress;
     let branches = (rules.len() as u64).pow(robots.min(REPORTED) as u32);
     progress.begin("branch and bound", branches, "branches");
@@ -122,7 +122,8 @@ pub(super) fn prove(
     })
 }
 
-/// Memory per robot and item, and per robot and rule, on each pattern [bytes]; measured by their types.
+/// Memory per robot and item, and per robot and rule, on each pattern [bytes]: somewhat more than the sizes of
+/// what is kept of them.
 const PER_ITEM: f64 = 64.0;
 const PER_RULE: f64 = 128.0;
 

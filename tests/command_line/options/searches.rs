@@ -73,6 +73,9 @@ pub const ROWS: &[Row] = &[
         assert_eq!(found("grasp"), ("grasp".into(), false));
         assert_eq!(found("both"), ("exhaustive".into(), false));
         assert_eq!(found("auto"), ("exhaustive".into(), false));
+        assert_eq!(found("exact"), ("exact".into(), false));
+        let proof = report(rig, verb, "--search exact")["proof"].clone();
+        assert_eq!(proof["gap"], 0.0, "{proof}");
     }),
     row(&OPTIMIZE, "--starts", |rig, verb| {
         let starts = |flags| number(&report(rig, verb, flags), "/grasp/starts");
