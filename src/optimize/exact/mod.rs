@@ -52,10 +52,10 @@ pub struct Proof {
 
 /// What branch and bound found.
 pub(super) struct ExactOutcome {
-    /// The assignments that were scored on all patterns, in registry order, and what is known of the others.
+    /// The assignments that were scored on all patterns, in registry order.
     pub evaluation: Evaluation,
     pub proof: Proof,
-    /// Whether it was stopped or used up its runs.
+    /// Whether it ended before nothing better was possible.
     pub cut: bool,
 }
 
@@ -102,23 +102,24 @@ pub(super) fn prove(
         merged: 0,
         environment,
     };
-    let whole = tree.expand(&bounds);
+    tree.expand(&bounds);
     progress.end();
     evaluator.count_runs(tree.passes.div_ceil(robots as u64));
     let count = Rule::all().len() as f64;
     let levels = (1..=robots as i32).map(|depth| count.powi(depth));
-    let most = tree.open.max(tree.scored.best);
+    let best = tree.scored.best;
+    let most = tree.open.max(best);
     Ok(ExactOutcome {
         proof: Proof {
             most,
-            gap: most - tree.scored.best,
+            gap: most - best,
             passes: tree.passes,
             tree_passes: levels.sum::<f64>() * bounds.len() as f64,
             nodes: tree.nodes,
             merged: tree.merged,
         },
         evaluation: tree.scored.into_evaluation(evaluator),
-        cut: !whole,
+        cut: most > best,
     })
 }
 
