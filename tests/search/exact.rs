@@ -140,7 +140,7 @@ fn a_pattern_out_of_reach_is_bounded() {
     let robot = &station.robots()[0];
     // Robots stand behind one edge of the belt and do not reach the other.
     let far = -0.5 * robot.base.y.signum();
-    let patterns = vec![Pattern::new(vec![Item::at("far", -0.1, far)]).unwrap()];
+    let patterns = [Pattern::new(vec![Item::at("far", -0.1, far)]).unwrap()];
     for runs in [MostRuns::Of(1), MostRuns::Of(20), MostRuns::Any] {
         let line = (&station, &patterns[..]);
         let risk = Risk::Mean;
