@@ -31,9 +31,21 @@ fn runs_are_counted_so_the_result_does_not_depend_on_the_machine() {
             ][..],
             3000,
         ),
-        (&["--robots", "6", "--max-runs", "20000"], 20_000),
         (
-            &["--robots", "6", "--max-runs", "20000", "--risk", "cvar:0.3"],
+            &["--robots", "6", "--max-runs", "20000", "--search", "grasp"],
+            20_000,
+        ),
+        (
+            &[
+                "--robots",
+                "6",
+                "--max-runs",
+                "20000",
+                "--search",
+                "grasp",
+                "--risk",
+                "cvar:0.3",
+            ],
             20_000,
         ),
     ] {

@@ -119,7 +119,7 @@ fn where_runs_end_the_bound_is_above_the_optimum() {
     };
     let (best, _) = winners(&of(SearchKind::Exhaustive, MostRuns::Any));
     let mut gaps = Vec::new();
-    for runs in [1000, 2000, 4000, 8000, 16_000] {
+    for runs in [60, 1000, 4000, 16_000] {
         let found = of(SearchKind::Exact, MostRuns::Of(runs));
         let proof = found.proof.clone().unwrap();
         let (value, _) = winners(&found);
@@ -129,7 +129,7 @@ fn where_runs_end_the_bound_is_above_the_optimum() {
         assert_eq!(found.stop == StopReason::Proven, proof.gap == 0.0);
         gaps.push(proof.gap);
     }
-    assert!(gaps[0] > 0.0 && gaps[4] == 0.0, "{gaps:?}");
+    assert!(gaps[0] > 0.0 && gaps[3] == 0.0, "{gaps:?}");
     assert!(gaps.is_sorted_by(|a, b| a >= b), "{gaps:?}");
 }
 

@@ -125,7 +125,7 @@ fn auto_enumerates_short_lines_and_searches_long_ones() {
         (2, SearchKind::Exhaustive),
         (3, SearchKind::Exhaustive),
         (4, SearchKind::Both),
-        (7, SearchKind::Grasp),
+        (7, SearchKind::Exact),
     ] {
         let station = built_in("paper").unwrap().station(Some(robots)).unwrap();
         let patterns: Vec<Pattern> = balanced(&station, 20, 3).into_iter().step_by(60).collect();
