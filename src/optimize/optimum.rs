@@ -11,7 +11,7 @@ use super::search::{Optimum, Search, SearchKind, StopReason, USUAL_ITEMS};
 use crate::dispatch::{RULES, RuleAssignment};
 use crate::error::{Error, Result};
 
-/// Maximum memory for an enumeration [bytes].
+/// Maximum memory for an enumeration, or for branch and bound if it is chosen automatically [bytes].
 const MOST_MEMORY: f64 = 2e9;
 /// Memory per assignment, for lists, the ranking and the report, and memory per assignment and
 /// pattern [bytes]; measured.
@@ -264,7 +264,9 @@ fn resolve(search: &Search, most: Option<u64>, evaluator: &Evaluator) -> Result<
                     let whole = sample(search, most, evaluator).is_none();
                     whole && uniform <= BEFORE_PROOF * most as f64
                 };
-                match most.is_none_or(suffices) && exact::takes(evaluator) {
+                let takes = exact::check(evaluator).is_ok();
+                let fits = exact::memory(evaluator) <= MOST_MEMORY;
+                match takes && fits && most.is_none_or(suffices) {
                     true => SearchKind::Exact,
                     false => SearchKind::Grasp,
                 }
@@ -403,9 +405,9 @@ mod tests {
             (4, Some(5 * 1296), false, SearchKind::Both),
             (4, Some(5 * 1296 - 1), false, SearchKind::Exact),
             (4, None, true, SearchKind::Both),
-            // Attempts may fail, or the runs are enough for GRASP on some of the patterns only.
+            // Attempts may fail, or the runs are not enough for all patterns.
             (5, None, true, SearchKind::Grasp),
-            (5, Some(1000), false, SearchKind::Grasp),
+            (5, Some(20), false, SearchKind::Grasp),
             (5, None, false, SearchKind::Exact),
         ] {
             let station = station(robots);

@@ -1,5 +1,6 @@
 //! Branch and bound against the enumeration.
 
+use crate::common::text;
 use crate::real_lines;
 use pickline::optimize::{
     Environment, Evaluator, Limits, MostRuns, Objective, Optimum, Risk, Search, SearchKind,
@@ -131,6 +132,28 @@ fn where_runs_end_the_bound_is_above_the_optimum() {
     }
     assert!(gaps[0] > 0.0 && gaps[3] == 0.0, "{gaps:?}");
     assert!(gaps.is_sorted_by(|a, b| a >= b), "{gaps:?}");
+}
+
+/// The same bytes with any number of threads, proven or cut short by its runs.
+#[test]
+fn the_number_of_threads_changes_nothing() {
+    let line = "optimize -q --format json --validate 0 --patterns balanced:20 --items 40 --robots 5 \
+                --belt-speed 0.15 --search exact --max-runs";
+    for (runs, reason) in [("400", "budget"), ("100000", "proven")] {
+        let call = |threads| {
+            let rest = [runs, "--threads", threads];
+            text(&line.split_whitespace().chain(rest).collect::<Vec<_>>())
+        };
+        let one = call("1");
+        assert_eq!(one, call("3"), "{runs}");
+        let report: serde_json::Value = serde_json::from_str(&one).unwrap();
+        assert_eq!(report["stop_reason"], reason);
+        assert_eq!(
+            report["proof"]["gap"] == 0.0,
+            reason == "proven",
+            "{report}"
+        );
+    }
 }
 
 /// Nothing can be picked: whatever the runs are, the bound is the figure of a line that stands still.

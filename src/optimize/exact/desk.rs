@@ -20,12 +20,11 @@ pub(super) struct Desk<'a> {
 /// What one robot's pass gave.
 #[derive(Clone, Copy)]
 pub(super) struct Step {
-    /// The objective if this is the whole line or the rest changes nothing; otherwise a figure that no
-    /// completion exceeds.
+    /// The objective if it is settled; otherwise a figure that no completion exceeds.
     pub value: f64,
     /// Share of the items picked so far.
     pub share: f64,
-    /// Whether the robots after it change nothing.
+    /// Whether there are no robots after it or they change nothing.
     pub settled: bool,
 }
 

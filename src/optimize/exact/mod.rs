@@ -26,18 +26,16 @@ use scored::Scored;
 
 /// Patterns that are simulated before it is looked at again which prefixes can still win.
 const BLOCK: usize = 24;
-/// Maximum memory that `auto` spends on it [bytes].
-const MOST_MEMORY: f64 = 2e9;
 /// Length of the prefixes that are reported as progress.
 const REPORTED: usize = 2;
 
 /// How far it is proven that an assignment is best.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct Proof {
-    /// No assignment has a higher objective than this.
+    /// No assignment scores higher than this, in the unit of the objective.
     pub most: f64,
-    /// That minus the highest objective found; 0 if it is proven that nothing is better.
+    /// That minus the highest score found, in the same unit; 0 if it is proven that nothing is better.
     pub gap: f64,
     /// Passes of one robot over a pattern that the search took.
     pub passes: u64,
@@ -128,19 +126,18 @@ pub(super) fn prove(
 const PER_ITEM: f64 = 64.0;
 const PER_RULE: f64 = 128.0;
 
-/// Whether the patterns of `evaluator` can be searched and fit into memory.
-pub(super) fn takes(evaluator: &Evaluator) -> bool {
+/// Memory that the search takes for the patterns of `evaluator` [bytes].
+pub(super) fn memory(evaluator: &Evaluator) -> f64 {
     let robots = evaluator.station().robots().len() as f64;
     let pattern = PER_ITEM * evaluator.mean_items() + PER_RULE * Rule::all().len() as f64;
-    let memory = robots * pattern * evaluator.pattern_count() as f64;
-    check(evaluator).is_ok() && memory <= MOST_MEMORY
+    robots * pattern * evaluator.pattern_count() as f64
 }
 
 /// Checks that branch and bound applies.
 ///
 /// # Errors
 /// Robots that are not independent, or an objective that takes more than one run of an assignment.
-fn check(evaluator: &Evaluator) -> Result<()> {
+pub(super) fn check(evaluator: &Evaluator) -> Result<()> {
     let (problem, cure) = if matches!(evaluator.objective(), Objective::MaxSpeed(_)) {
         (
             "branch and bound does not take the objective max-speed",
@@ -255,7 +252,6 @@ impl Tree<'_, '_> {
             most: f64::INFINITY,
             settled: true,
         };
-        let last = robot + 1 == self.robots;
         let mut children: Vec<Child> = self.rules.iter().map(child).collect();
         for (block, desks) in self.desks.chunks_mut(BLOCK).enumerate() {
             let rules: Vec<Rule> = children.iter().map(|child| child.rule).collect();
@@ -270,11 +266,9 @@ impl Tree<'_, '_> {
                     let value = &mut child.values[block * BLOCK + place];
                     // A figure of whole runs stands as it is; of the others, what no completion of the shorter
                     // prefix exceeds, none of this one does.
-                    let exact = last || step.settled;
-                    *value = if exact {
-                        step.value
-                    } else {
-                        value.min(step.value)
+                    *value = match step.settled {
+                        true => step.value,
+                        false => value.min(step.value),
                     };
                     child.shares.push(step.share);
                     child.settled &= step.settled;

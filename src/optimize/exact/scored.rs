@@ -18,10 +18,9 @@ pub(super) struct Scored {
 impl Scored {
     /// Those of `known`.
     pub(super) fn new(known: Evaluation, risk: Risk) -> Self {
-        let of_all = known.scores.iter();
-        let best = of_all.map(|score| risk.aggregate(&score.values));
+        let figure = |leader: usize| risk.aggregate(&known.scores[leader].values);
         Self {
-            best: best.fold(f64::NEG_INFINITY, f64::max),
+            best: known.leader(risk).map_or(f64::NEG_INFINITY, figure),
             known,
             found: Vec::new(),
         }

@@ -5,7 +5,7 @@ use super::rivals::RivalsReport;
 use super::validation::ValidationReport;
 use crate::presentation::Presentation;
 use crate::provenance::Provenance;
-use pickline::optimize::{Objective, Optimum, Ranked, Search, SearchKind, StopReason};
+use pickline::optimize::{Objective, Optimum, Proof, Ranked, Search, SearchKind, StopReason};
 use pickline::pattern::PatternSet;
 use pickline::stats::Interval;
 use pickline::study::Optimized;
@@ -39,7 +39,7 @@ pub struct OptimumReport {
     pub grasp: Option<GraspReport>,
     /// What branch and bound proved; omitted if it did not run.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub proof: Option<ProofReport>,
+    pub proof: Option<Proof>,
     /// The assignment with the highest aggregate before ties were broken.
     pub leader: Vec<&'static str>,
     /// Number of assignments among which the tie was broken, including the leader.
@@ -80,24 +80,6 @@ pub struct GraspReport {
     pub value: Option<f64>,
     /// Optimum minus that value, if all assignments were also enumerated.
     pub gap: Option<f64>,
-}
-
-/// How far branch and bound proved that no assignment is better.
-#[derive(Debug, Clone, Serialize)]
-#[non_exhaustive]
-pub struct ProofReport {
-    /// No assignment has a higher figure than this, in the unit of the objective.
-    pub most: f64,
-    /// This minus the leader's figure; 0 if the leader is proven to be optimal.
-    pub gap: f64,
-    /// Passes of one robot over a pattern.
-    pub passes: u64,
-    /// Passes that all assignments take together, prefixes shared.
-    pub tree_passes: f64,
-    /// Prefixes whose next robot was simulated.
-    pub nodes: u64,
-    /// Prefixes that coincide with another or leave nothing to pick.
-    pub merged: u64,
 }
 
 /// An assignment in the ranking.
@@ -217,14 +199,7 @@ impl OptimumReport {
                 value: grasp.best.as_ref().map(|_| grasp.value),
                 gap: optimum.grasp_gap,
             }),
-            proof: optimum.proof.as_ref().map(|proof| ProofReport {
-                most: proof.most,
-                gap: proof.gap,
-                passes: proof.passes,
-                tree_passes: proof.tree_passes,
-                nodes: proof.nodes,
-                merged: proof.merged,
-            }),
+            proof: optimum.proof.clone(),
             leader: ranking.leader.names(),
             contenders: ranking.contenders,
             speed_limits_of: ranking.by_speed,

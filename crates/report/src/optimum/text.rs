@@ -1,12 +1,12 @@
 //! A search as text for the terminal.
 
 use super::objective::bracketed;
-use super::report::{OptimumReport, ProofReport, RankedReport};
+use super::report::{OptimumReport, RankedReport};
 use crate::columns::TableColumns;
 use crate::presentation::Presentation;
 use crate::table::{fixed, interval};
 use pickline::dispatch::RULES;
-use pickline::optimize::{FRONT_RUNNERS, StopReason};
+use pickline::optimize::{FRONT_RUNNERS, Proof, StopReason};
 
 impl OptimumReport {
     /// The first `top` lines of the ranking and everything about them.
@@ -173,7 +173,7 @@ impl OptimumReport {
         )
     }
 
-    fn proof_line(&self, proof: &ProofReport) -> String {
+    fn proof_line(&self, proof: &Proof) -> String {
         let figure = |value| {
             format!(
                 "{}{}",
