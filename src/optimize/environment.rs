@@ -53,14 +53,14 @@ impl Environment<'static> {
 }
 
 /// Another stop signal, or a point in time.
-pub(super) struct Deadline<'a> {
+pub(crate) struct Deadline<'a> {
     pub other: &'a dyn Stop,
     pub at: Option<Instant>,
 }
 
 impl Deadline<'_> {
     /// Whether the point in time has passed.
-    pub(super) fn passed(&self) -> bool {
+    pub(crate) fn passed(&self) -> bool {
         self.at.is_some_and(|at| Instant::now() >= at)
     }
 }

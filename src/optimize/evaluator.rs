@@ -61,6 +61,7 @@ pub struct Evaluator<'a> {
     scenes: Arc<Vec<Scene<'a>>>,
     objective: Objective,
     runs: Arc<AtomicU64>,
+    passes: Arc<AtomicU64>,
     /// The order in which the patterns are evaluated: random, so that an interrupted search
     /// ranks by a sample of the set rather than its first part.
     order: Arc<Vec<usize>>,
@@ -101,6 +102,7 @@ impl<'a> Evaluator<'a> {
             scenes: Arc::new(scenes),
             objective,
             runs: Arc::default(),
+            passes: Arc::default(),
             order: Arc::new(order),
         })
     }
@@ -113,6 +115,7 @@ impl<'a> Evaluator<'a> {
             scenes: Arc::clone(&self.scenes),
             objective,
             runs: Arc::clone(&self.runs),
+            passes: Arc::clone(&self.passes),
             order: Arc::clone(&self.order),
         }
     }
@@ -186,6 +189,12 @@ impl<'a> Evaluator<'a> {
     /// one belt speed each.
     pub fn runs(&self) -> u64 {
         self.runs.load(Ordering::Relaxed)
+    }
+
+    /// Passes of one robot at the station's own belt speed so far, by this evaluator and those made
+    /// from it. Assignments that begin alike share them, so there are fewer than robots times runs.
+    pub fn passes(&self) -> u64 {
+        self.passes.load(Ordering::Relaxed)
     }
 
     /// Scores `assignments` and reports each completed pattern as progress. If an assignment is
@@ -313,13 +322,14 @@ impl<'a> Evaluator<'a> {
         let count = tree.assignments().len();
         let (mut values, mut shares) = (vec![0.0; count], vec![0.0; count]);
         let go_on = || !environment.stopped();
-        let whole = tree.evaluate_while(scene, go_on, |place, figures| {
+        let passes = tree.evaluate_passes(scene, go_on, |place, figures, _| {
             shares[place] = figures.picked_share();
             values[place] = self.objective.of_run(&figures).unwrap_or_default();
         })?;
-        if !whole {
+        let Some(passes) = passes else {
             return Ok(None);
-        }
+        };
+        self.passes.fetch_add(passes, Ordering::Relaxed);
         let runs = count as u64;
         self.runs.fetch_add(runs, Ordering::Relaxed);
         if let Objective::MaxSpeed(scan) = self.objective {

@@ -84,7 +84,8 @@ impl AssignmentTree {
         go_on: impl Fn() -> bool,
         mut visit: impl FnMut(usize, Figures),
     ) -> Result<bool> {
-        self.evaluate_robots(scene, go_on, |place, figures, _| visit(place, figures))
+        let passes = self.evaluate_passes(scene, go_on, |place, figures, _| visit(place, figures));
+        Ok(passes?.is_some())
     }
 
     /// Like [`AssignmentTree::evaluate_while`], but also passes to `visit` how many items each
@@ -97,13 +98,28 @@ impl AssignmentTree {
         &self,
         scene: &Scene,
         go_on: impl Fn() -> bool,
-        mut visit: impl FnMut(usize, Figures, &[usize]),
+        visit: impl FnMut(usize, Figures, &[usize]),
     ) -> Result<bool> {
+        Ok(self.evaluate_passes(scene, go_on, visit)?.is_some())
+    }
+
+    /// Like [`AssignmentTree::evaluate_robots`], but returns how many passes of one robot it took;
+    /// `None` if stopped. In the event loop every assignment takes one pass for each of its rules.
+    ///
+    /// # Errors
+    /// See [`AssignmentTree::evaluate`].
+    pub fn evaluate_passes(
+        &self,
+        scene: &Scene,
+        go_on: impl Fn() -> bool,
+        mut visit: impl FnMut(usize, Figures, &[usize]),
+    ) -> Result<Option<u64>> {
         let robots = scene.station().robots().len();
         if let Some(long) = self.assignments.iter().find(|a| a.rules().len() > robots) {
-            return long.clone().for_robots(robots).map(|_| true);
+            return long.clone().for_robots(robots).map(|_| None);
         }
         let mut picks = vec![0; robots];
+        let mut passes = 0;
         if let Some(mut cascade) = Cascade::new(scene) {
             // The robot after which no item is left, and the figures at that point. The robots
             // below it change nothing, which on a long line is most of the tree.
@@ -112,6 +128,7 @@ impl AssignmentTree {
                 let (robot, figures) = match last.filter(|(robot, _)| node.robot > *robot) {
                     Some(last) => last,
                     None => {
+                        passes += 1;
                         let figures = cascade.extend(node.robot, node.rule);
                         last = figures.complete().then_some((node.robot, figures));
                         (node.robot, figures)
@@ -119,7 +136,7 @@ impl AssignmentTree {
                 };
                 if let Some(place) = node.assignment {
                     if !go_on() {
-                        return Ok(false);
+                        return Ok(None);
                     }
                     // Robots beyond the end of the assignment stay idle.
                     let each = cascade.picks(robot + 1).chain(std::iter::repeat(0));
@@ -131,8 +148,9 @@ impl AssignmentTree {
             let mut run = Run::new(scene);
             for (place, assignment) in self.assignments.iter().enumerate() {
                 if !go_on() {
-                    return Ok(false);
+                    return Ok(None);
                 }
+                passes += assignment.rules().len() as u64;
                 run.reset();
                 // Robots beyond the end of the assignment stay idle.
                 run.play_on(&mut RuleStrategy(assignment.clone()), || true)?;
@@ -141,7 +159,7 @@ impl AssignmentTree {
                 visit(place, run.figures(), &picks);
             }
         }
-        Ok(true)
+        Ok(Some(passes))
     }
 }
 

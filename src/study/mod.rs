@@ -10,6 +10,7 @@
 //! | [`sweep`] | [`SweepStudy`] | [`Swept`] |
 //! | [`robots_down`] | [`RobotsDownStudy`] | [`HaltedLine`] |
 //! | [`optimize`] | [`OptimizeStudy`] | [`Optimized`] |
+//! | [`race`] | [`RaceStudy`] | [`Raced`] |
 //! | [`game`] | [`GameStudy`] | [`PlayedGame`] |
 //! | [`bound`] | [`BoundStudy`] | [`PatternBounds`] |
 //! | [`demonstrate`] | | [`Demonstrations`] |
@@ -32,6 +33,7 @@ mod optimize;
 mod options;
 mod part;
 mod patterns;
+mod race;
 mod robots_down;
 mod robust;
 mod simulate;
@@ -54,6 +56,7 @@ pub use optimize::{
 };
 pub use options::{MethodSettings, StudyOptions};
 pub use patterns::{ScoredPatterns, ScoredSet};
+pub use race::{RaceOptions, RaceStop, RaceStudy, Raced, Racer, race};
 pub use robots_down::{
     HaltedLine, RobotsDownOptions, RobotsDownSettings, RobotsDownStudy, robots_down,
 };

@@ -145,6 +145,14 @@ impl ScoredPatterns {
         Ok((source, recipe))
     }
 
+    /// Where more patterns such as these come from, and how they are generated for `station`.
+    ///
+    /// # Errors
+    /// As for [`ScoredPatterns::draw`], except for what only the patterns themselves show.
+    pub(super) fn drawn_as(&self, station: &Station, seed: u64) -> Result<(PatternSource, Recipe)> {
+        self.recipe(station, seed, DEFAULT_ITEMS)
+    }
+
     /// The patterns for `station` under `conditions`.
     ///
     /// # Errors

@@ -12,8 +12,8 @@ use pickline::pattern::grid;
 use pickline::sim::Conditions;
 use pickline::station::built_in;
 use pickline_report::{
-    BoundReport, ComparisonReport, GameReport, OptimumReport, RobotsDownReport, RunReport,
-    SweepReport, VerbReport as _,
+    BoundReport, ComparisonReport, GameReport, OptimumReport, RaceReport, RobotsDownReport,
+    RunReport, SweepReport, VerbReport as _,
 };
 #[cfg(target_os = "linux")]
 use std::path::Path;
@@ -95,12 +95,16 @@ fn result_files_leave_the_input_alone() {
 /// What a verb writes to a folder is what it has checked before the work.
 #[test]
 fn result_files_are_those_that_are_announced() {
-    let cases: [(&str, Vec<&str>); 7] = [
+    let cases: [(&str, Vec<&str>); 8] = [
         ("simulate --no-bound", RunReport::file_names()),
         ("bound --iterations 2", BoundReport::file_names()),
         (
             "optimize --patterns grid:0.3 --items 9 --validate 0 --strategy rules:SPT,SPT",
             OptimumReport::file_names(),
+        ),
+        (
+            "optimize --robots 1 --race 5 --max-patterns 200 --patterns poisson:0.2 --items 9",
+            RaceReport::file_names(),
         ),
         (
             "compare --station sorting --classes pet:1 --robust SPT,SPT,SPT,SPT --no-policy --no-greedy \
@@ -335,6 +339,29 @@ fn an_interrupted_ranking_is_marked_as_partial() {
     assert!(rest.starts_with("2000 patterns done\n"), "{printed}");
     let mark = format!("interrupted, with {patterns} of 2000 patterns done");
     assert!(!files.is_empty());
+    for (name, written) in files {
+        assert!(written.contains(&mark), "{name}: no {mark}");
+    }
+}
+
+/// Ctrl-C in a race: the best so far, of which nothing is guaranteed.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_interrupted_race_is_marked_as_partial() {
+    let folder = tempfile::tempdir().unwrap();
+    let race = "optimize --robots 2 --race 1e-9 --max-patterns 90000 --patterns poisson:0.2 \
+                --items 60";
+    let (printed, files) = interrupted(folder.path(), race, "racing", 10);
+    let (_, rest) = printed.split_once("partial   interrupted, with ").unwrap();
+    let (patterns, rest) = rest.split_once(" of ").unwrap();
+    assert!(
+        (10..90_000).contains(&patterns.parse().unwrap()),
+        "{patterns}"
+    );
+    assert!(rest.starts_with("90000 patterns done\n"), "{printed}");
+    assert!(printed.contains("nothing is guaranteed"), "{printed}");
+    let mark = format!("interrupted, with {patterns} of 90000 patterns done");
+    assert_eq!(files.len(), 2);
     for (name, written) in files {
         assert!(written.contains(&mark), "{name}: no {mark}");
     }

@@ -11,6 +11,7 @@ mod game;
 mod game_payoffs;
 mod optimize;
 mod optimize_verb;
+mod race;
 mod ranking;
 #[path = "../common/real_lines.rs"]
 mod real_lines;

@@ -5,10 +5,11 @@ use pickline::study::Note;
 
 /// Settings whose flags have other names, each with its flag. All others have the name of their flag
 /// with `_` for `-`.
-const RENAMED: [(&str, &str); 15] = [
+const RENAMED: [(&str, &str); 16] = [
     ("angle_deg", "angle"),
     ("area_cm2", "area"),
     ("default_p_grasp", "grasp-success"),
+    ("delta", "race"),
     ("grasp_failures", "failing-grasps"),
     ("jitter", "jitter-ms"),
     ("kind", "search"),

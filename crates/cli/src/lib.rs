@@ -22,6 +22,7 @@ mod outputs;
 mod pattern;
 mod pictures;
 mod progress;
+mod race;
 mod remarks;
 #[cfg(feature = "mcap")]
 mod replay;

@@ -14,11 +14,14 @@ use pickline::sim::Conditions;
 use pickline::station::Station;
 use pickline::strategies::policy_file;
 use pickline::study::{OptimizeOptions, OptimizeStudy, ScoredPatterns};
-use pickline_report::{ChartKind, OptimumReport, Provenance};
+use pickline_report::{ChartKind, OptimumReport, Provenance, VerbReport};
 
 pub(crate) fn run(args: OptimizeArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
-    args.resolve()?.run(session)
+    match args.race.race {
+        Some(delta) => args.resolve_race(delta)?.run(session),
+        None => args.resolve()?.run(session),
+    }
 }
 
 /// A resolved call.
@@ -47,7 +50,7 @@ impl OptimizeArgs {
         let station = self.station.load()?;
         self.station.check_conditions(&conditions, &station)?;
         let patterns = self.set.resolve(&self.station)?;
-        self.check_files(&patterns)?;
+        self.check_files::<OptimumReport>(&patterns)?;
         let scan = SpeedScan::new(self.speed_step, &station)?;
         let objective = Objective::named(&self.objective, scan)?;
         let values = [("--speed-step", &SPEED_STEP, Some(self.speed_step))];
@@ -106,7 +109,7 @@ impl OptimizeArgs {
     }
 
     /// Checks that what is written is not also read.
-    fn check_files(&self, patterns: &ScoredPatterns) -> Result<()> {
+    pub(super) fn check_files<R: VerbReport>(&self, patterns: &ScoredPatterns) -> Result<()> {
         let source = patterns.source();
         let files = source.files()?;
         let mut read = vec![self.station.file()];
@@ -116,8 +119,7 @@ impl OptimizeArgs {
         let saved = self.save.iter().flatten();
         let saved = saved.map(|file| ("--save", Some(file.as_path())));
         let written: Vec<_> = self.pictures.files().into_iter().chain(saved).collect();
-        self.common
-            .check_outputs::<OptimumReport>("optimize", &read, &written)
+        self.common.check_outputs::<R>("optimize", &read, &written)
     }
 }
 
@@ -127,17 +129,8 @@ impl OptimizePlan {
         let shown = WHOLE.with_top(self.top);
         let drawn = self.pictures.draw(self.chart, &report, &shown);
         self.common.deliver(session, &report, &shown, drawn)?;
-        match &self.save {
-            Some(_) if session.interrupted() => {
-                let text = "nothing is saved because the search was interrupted";
-                self.common.remark(text);
-            }
-            Some(target) => {
-                let strategy = format!("rules:{}", report.best.join(","));
-                let saved = target.write(&self.station, &strategy)?;
-                self.common.remark(&saved);
-            }
-            None => {}
+        if let Some(target) = &self.save {
+            target.keep(&self.common, session, &self.station, &report.best)?;
         }
         Ok(())
     }

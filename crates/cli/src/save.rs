@@ -1,6 +1,7 @@
 //! `--save`: stores the winner of a search as the strategy in a station file.
 
-use super::args::StationChoice;
+use super::args::{Common, StationChoice};
+use super::session::Session;
 use pickline::error::{Error, Result};
 use pickline::files;
 use pickline::station::{self, Overrides, Station, edited, parse_with_strategy, to_toml};
@@ -69,11 +70,32 @@ impl SaveTarget {
         })
     }
 
+    /// Writes the assignment `best` as the strategy of `station`, unless the search was interrupted,
+    /// and says so.
+    ///
+    /// # Errors
+    /// As for [`SaveTarget::write`].
+    pub(crate) fn keep(
+        &self,
+        common: &Common,
+        session: &Session,
+        station: &Station,
+        best: &[&str],
+    ) -> Result<()> {
+        if session.interrupted() {
+            common.remark("nothing is saved because the search was interrupted");
+            return Ok(());
+        }
+        let saved = self.write(station, &format!("rules:{}", best.join(",")))?;
+        common.remark(&saved);
+        Ok(())
+    }
+
     /// Writes `station`'s file with `strategy` as its strategy, and returns a message about it.
     ///
     /// # Errors
     /// A file that has changed since it was read, or that cannot be written.
-    pub(crate) fn write(&self, station: &Station, strategy: &str) -> Result<String> {
+    fn write(&self, station: &Station, strategy: &str) -> Result<String> {
         let name = self.path.display().to_string();
         let before = match &self.source {
             Some(source) => files::read_text(source)?,

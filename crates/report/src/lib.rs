@@ -49,7 +49,7 @@ pub use description::DescriptionReport;
 pub use downtime::DowntimeReport;
 pub use fit::FitReport;
 pub use game::{GameReport, nfg_text};
-pub use optimum::{OptimumReport, RivalsReport, ValidationReport};
+pub use optimum::{OptimumReport, RaceReport, RivalsReport, ValidationReport};
 pub use origin::{origin_comment, with_origin};
 pub use presentation::Presentation;
 pub use protection::OutputProtection;

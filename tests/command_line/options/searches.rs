@@ -10,6 +10,14 @@ const GAME: [&str; 1] = ["game"];
 const BOUND: [&str; 1] = ["bound"];
 const SIMULATE: [&str; 1] = ["simulate"];
 
+/// A race of one robot's rules on dense patterns.
+fn raced(flags: &str) -> String {
+    format!(
+        "optimize --station paper --robots 1 --belt-speed 0.2 --patterns poisson:0.2 --items 30 -q \
+         --format json {flags}"
+    )
+}
+
 pub const ROWS: &[Row] = &[
     row(&OPTIMIZE, "--objective", |rig, verb| {
         let best = |objective: &str| {
@@ -113,6 +121,33 @@ pub const ROWS: &[Row] = &[
             report(rig, verb, "--time-limit 1e6")["stop_reason"],
             "enumerated"
         );
+    }),
+    row(&OPTIMIZE, "--race", |rig, _| {
+        let fine = rig.json(&raced("--race 0.1"));
+        let coarse = rig.json(&raced("--race 5"));
+        assert_eq!(
+            (&fine["delta"], &coarse["delta"]),
+            (&json!(0.1), &json!(5.0))
+        );
+        assert!(
+            number(&fine, "/patterns") > number(&coarse, "/patterns"),
+            "{fine}"
+        );
+        assert_eq!(fine["assignments"], 6);
+    }),
+    row(&OPTIMIZE, "--confidence", |rig, _| {
+        let found = |flags: &str| {
+            let report = rig.json(&raced(&format!("--race 5 {flags}")));
+            number(&report, "/probability_of_correct_selection")
+        };
+        assert_eq!((found(""), found("--confidence 0.6")), (0.95, 0.6));
+    }),
+    row(&OPTIMIZE, "--max-patterns", |rig, _| {
+        let report = rig.json(&raced("--race 1e-6 --max-patterns 219"));
+        // Whole batches.
+        assert_eq!(report["patterns"], 210);
+        assert_eq!(report["stop_reason"], "max_patterns");
+        assert!(report["probability_of_correct_selection"].is_null());
     }),
     row(&OPTIMIZE, "--validate", |rig, verb| {
         let count = |count: &str| validated(rig, verb, count, "")["count"].clone();

@@ -21,6 +21,7 @@ Examples:
   pickline optimize --robots 3 --strategy onnx --strategy lookahead --validate 100
   pickline optimize --camera-x 0.5 --grasp-success 0.9 --position-noise 0.005
   pickline optimize --robots 12 --time-limit 20
+  pickline optimize --robots 3 --race 0.1 --confidence 0.99
   pickline optimize --robots 3 --html optimize.html --svg ranking.svg
 
 Charts for --chart: difference (the main one), how far each of the first 20 assignments
@@ -87,6 +88,8 @@ pub(crate) struct OptimizeArgs {
     pub alpha: f64,
     #[command(flatten)]
     pub limits: LimitArgs,
+    #[command(flatten)]
+    pub race: RaceArgs,
     /// Number of fresh patterns (another seed) to score the winner on; 0 for none
     /// [default: 1000; proportionally fewer for patterns of more than 150 items, at least 10]
     #[arg(
@@ -150,6 +153,43 @@ pub(crate) struct LimitArgs {
         allow_negative_numbers = true
     )]
     pub time_limit: Option<f64>,
+}
+
+/// A race of all assignments.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct RaceArgs {
+    /// Race all assignments on patterns drawn one batch after another, as --patterns says: each
+    /// is dropped as soon as it is not the best, and patterns are added until a single one is
+    /// left, or several that score the same. Selects the best with the probability of --confidence
+    /// if it is better than every other by DELTA, in units of the objective. For up to 6 robots
+    #[arg(
+        long,
+        value_name = "DELTA",
+        help_heading = "Race",
+        allow_negative_numbers = true,
+        conflicts_with_all = ["risk", "search", "starts", "alpha", "max_runs", "validate",
+            "strategy", "no_bound", "html", "svg"]
+    )]
+    pub race: Option<f64>,
+    /// Least probability that the best is selected [default: 0.95]
+    #[arg(
+        long,
+        value_name = "P",
+        help_heading = "Race",
+        requires = "race",
+        allow_negative_numbers = true
+    )]
+    pub confidence: Option<f64>,
+    /// End after this number of patterns with the best so far, of which nothing is then
+    /// guaranteed [default: 100000]
+    #[arg(
+        long,
+        value_name = "N",
+        help_heading = "Race",
+        requires = "race",
+        allow_negative_numbers = true
+    )]
+    pub max_patterns: Option<usize>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -3,6 +3,7 @@
 //! | file | what it is |
 //! |---|---|
 //! | `report.rs`, `validation.rs`, `rivals.rs` | the figures: ranking, winner on fresh patterns, other strategies |
+//! | `race.rs` | a race of assignments, with how it is shown |
 //! | `objective.rs` | how figures of the objective are named |
 //! | `text.rs`, `csv.rs`, `charts.rs`, `page.rs` | how they are shown |
 
@@ -10,11 +11,13 @@ mod charts;
 mod csv;
 mod objective;
 mod page;
+mod race;
 mod report;
 mod rivals;
 mod text;
 mod validation;
 
+pub use race::RaceReport;
 pub use report::OptimumReport;
 pub use rivals::RivalsReport;
 pub use validation::ValidationReport;
