@@ -83,6 +83,7 @@ fn training(preset: &str, updates: usize) -> f64 {
     let work = Work {
         stop: &stop,
         progress: &Silent,
+        ..Work::QUIET
     };
     let start = Instant::now();
     trainer.phase(&work).unwrap();

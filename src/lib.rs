@@ -93,6 +93,7 @@ pub mod planning;
 pub mod nn;
 pub mod policy;
 pub mod strategies;
+pub mod shards;
 pub mod optimize;
 pub mod rl;
 pub mod experiment;

@@ -6,7 +6,7 @@ use crate::station::Station;
 use crate::stats::{Interval, pooled_share_interval};
 
 /// What was put into one or several bins.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 pub struct BinContent {
     /// Number of items that were put into them.
     pub binned: usize,
@@ -35,7 +35,7 @@ impl BinContent {
 }
 
 /// What the bins of a run contain.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct BinContents {
     /// All bins together.

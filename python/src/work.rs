@@ -108,6 +108,7 @@ pub(crate) fn long_until<T: Send>(
         let environment = Environment {
             stop: &*caller,
             progress: &watched,
+            ..Environment::QUIET
         };
         let value = quick(py, || work(&environment))?;
         return Ok(Worked {
@@ -126,6 +127,7 @@ pub(crate) fn long_until<T: Send>(
                 let environment = Environment {
                     stop: &**stop,
                     progress: watched,
+                    ..Environment::QUIET
                 };
                 // The receiver is there until the work is done.
                 let _ = sender.send(work(&environment));

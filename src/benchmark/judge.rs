@@ -10,7 +10,7 @@ use crate::files::csv_text;
 pub type Attempts = Vec<(Pick, Option<FailureCause>)>;
 
 /// A run without violations.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct Solution {
     /// Its attempts.

@@ -58,7 +58,7 @@ pub struct Known {
 }
 
 /// A bound that was computed anew.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct FoundBound {
     /// Picks that no solution exceeds.
     pub picks: usize,

@@ -12,11 +12,13 @@ use crate::error::{Error, Result, counted, shown};
 use crate::files;
 use crate::optimize::{Environment, Silent};
 use crate::setters::setters;
+use crate::shards::none_complete;
 use crate::sim::{Conditions, Scene, simulate_while};
 use crate::station::station_hash;
 use crate::strategies::{self, Blueprint};
-use crate::study::{BlueprintOptions, BoundStudy, BoundStudyOptions, blueprint};
+use crate::study::{BlueprintOptions, BoundStudy, BoundStudyOptions, blueprint, check_strategies};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -92,7 +94,7 @@ impl BenchmarkOptions {
 }
 
 /// One entrant on one instance.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Entry {
     /// Index of the instance.
@@ -233,28 +235,46 @@ impl<'a> BenchmarkStudy<'a> {
     /// [`Interrupted`](crate::error::ErrorKind::Interrupted) before any run is over; a failure that is no
     /// entrant's, such as a folder for temporary files that cannot be written.
     pub fn run(&self, environment: &Environment) -> Result<BenchmarkResult> {
-        let lines = self.put_strategies(environment)?;
-        let pairs = 0..self.planned();
+        let ledger = environment.ledger;
+        self.check_inputs(environment)?;
         let count = self.entrants.len();
+        let shard = ledger.shard();
+        let owned = |place: &usize| shard.is_none_or(|shard| shard.owns(*place));
+        let pairs: Vec<usize> = (0..self.planned()).filter(owned).collect();
+        let made = pairs.iter().filter(|place| ledger.makes("runs", **place));
+        let lines = self.put_strategies(made.map(|place| place / count), environment)?;
         let progress = environment.progress;
-        progress.begin("benchmark", self.planned() as u64, "runs");
-        let one = |place: usize| {
+        progress.begin("benchmark", pairs.len() as u64, "runs");
+        let one = |place: &usize| {
             if environment.stopped() {
                 return Ok(None);
             }
             let (instance, entrant) = (place / count, place % count);
-            let entry = self.entry(instance, entrant, &lines, environment);
+            let entry = ledger.unit("runs", *place, || {
+                self.entry(instance, entrant, &lines, environment)
+            });
             progress.advance(1);
             match entry {
                 Err(error) if error.is_interrupted() || environment.stopped() => Ok(None),
-                entry => entry.map(Some),
+                entry => entry,
             }
         };
         // One after the other, so that no thread is left with all the long ones.
         let entries: Result<Vec<Option<Entry>>> =
-            pairs.into_par_iter().with_max_len(1).map(one).collect();
+            pairs.par_iter().with_max_len(1).map(one).collect();
         progress.end();
-        let entries: Vec<Entry> = entries?.into_iter().flatten().collect();
+        let entries = entries?;
+        if shard.is_some() {
+            // A shard is whole or not at all.
+            return Err(match entries.iter().all(Option::is_some) {
+                true => Error::sharded(),
+                false => Error::interrupted(),
+            });
+        }
+        let entries: Vec<Entry> = entries.into_iter().flatten().collect();
+        if entries.is_empty() && ledger.is_partial() {
+            return Err(none_complete("run"));
+        }
         if entries.is_empty() {
             return Err(Error::interrupted());
         }
@@ -264,9 +284,30 @@ impl<'a> BenchmarkStudy<'a> {
         })
     }
 
-    /// For each entrant, its strategy on all lines; none of those who are no strategies.
-    fn put_strategies(&self, environment: &Environment) -> Result<Vec<OnLines>> {
-        let mut stations: Vec<_> = self.instances.iter().map(|i| &i.station).collect();
+    /// Checks that all shards are made on the same instances and policies.
+    fn check_inputs(&self, environment: &Environment) -> Result<()> {
+        let names = self.instances.iter().map(|instance| &*instance.name);
+        let names: Vec<&str> = names.collect();
+        let ledger = environment.ledger;
+        ledger.check_input("the list of instances", || Ok(names.join(" ")))?;
+        for instance in &self.instances {
+            ledger.check_input(&instance.name, || {
+                let (items, known) = (instance.pattern.items(), &instance.known);
+                let station = station_hash(&instance.station);
+                Ok(files::fingerprint(format!("{station} {items:?} {known:?}")))
+            })?;
+        }
+        let strategies = self.options.strategies.iter();
+        check_strategies(strategies.map(String::as_str), environment)
+    }
+
+    /// For each entrant, its strategy on the lines of these instances; none of those who are no strategies.
+    fn put_strategies(
+        &self,
+        instances: impl Iterator<Item = usize>,
+        environment: &Environment,
+    ) -> Result<Vec<OnLines>> {
+        let mut stations: Vec<_> = instances.map(|i| &self.instances[i].station).collect();
         stations.sort_by_key(|station| station_hash(station));
         stations.dedup_by_key(|station| station_hash(station));
         let total = self.options.strategies.len() * stations.len();

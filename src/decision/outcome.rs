@@ -4,7 +4,7 @@ use nalgebra::Point2;
 use strum::VariantArray as _;
 
 /// A successful pick.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Pick {
     /// Index of the robot, upstream first.
     pub robot: usize,
@@ -23,7 +23,18 @@ pub struct Pick {
 }
 
 /// Why an attempt failed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, strum::IntoStaticStr)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    strum::IntoStaticStr,
+    serde::Serialize,
+    serde::Deserialize,
+)]
 #[strum(serialize_all = "snake_case")]
 pub enum FailureCause {
     /// The gripper did not hold the item.
@@ -156,7 +167,7 @@ pub struct RobotFigures {
 }
 
 /// The figures by which a run is judged.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Figures {
     /// Number of items that are to be picked, n; items that are left on purpose do not count.
     pub items: usize,

@@ -7,7 +7,10 @@ use std::fmt;
 use std::str::FromStr;
 
 /// One rule for each robot, upstream first.
-#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(
+    Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
+)]
+#[serde(try_from = "String", into = "String")]
 pub struct RuleAssignment(Vec<Rule>);
 
 impl RuleAssignment {
@@ -76,6 +79,20 @@ impl RuleAssignment {
 impl fmt::Display for RuleAssignment {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         write!(f, "[{}]", self.names().join("; "))
+    }
+}
+
+impl TryFrom<String> for RuleAssignment {
+    type Error = Error;
+
+    fn try_from(text: String) -> Result<Self> {
+        text.parse()
+    }
+}
+
+impl From<RuleAssignment> for String {
+    fn from(assignment: RuleAssignment) -> Self {
+        assignment.names().join(",")
     }
 }
 

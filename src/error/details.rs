@@ -41,6 +41,7 @@ pub(super) enum Details {
     },
     Refuted(String),
     Interrupted,
+    Sharded,
     Internal(String),
 }
 
@@ -76,6 +77,7 @@ impl fmt::Display for Details {
             }
             Details::Refuted(problem) => write!(f, "the checker rejects this run: {problem}"),
             Details::Interrupted => f.write_str("interrupted before the first result"),
+            Details::Sharded => f.write_str("only one shard of the work is done"),
             Details::Internal(problem) => write!(
                 f,
                 "{problem}\n  cure: this is a defect of pickline; please report it with the command \

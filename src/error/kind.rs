@@ -33,6 +33,8 @@ pub enum ErrorKind {
     Refuted,
     /// The user stopped the work before there was a result to report.
     Interrupted,
+    /// Only a shard of the work was to be done, and it is done (see `shards`).
+    Sharded,
     /// A defect of this library.
     Internal,
 }

@@ -154,6 +154,11 @@ impl Error {
         Self::of(Details::Interrupted)
     }
 
+    /// The shard of the work that was to be done is done; there is no result of the whole.
+    pub fn sharded() -> Self {
+        Self::of(Details::Sharded)
+    }
+
     /// A state that the library's own code should have excluded.
     pub fn internal(problem: impl Into<String>) -> Self {
         Self::of(Details::Internal(problem.into()))
@@ -167,6 +172,7 @@ impl Error {
             Details::IllegalAction { .. } => ErrorKind::IllegalAction,
             Details::Refuted(_) => ErrorKind::Refuted,
             Details::Interrupted => ErrorKind::Interrupted,
+            Details::Sharded => ErrorKind::Sharded,
             Details::Internal(_) => ErrorKind::Internal,
         }
     }

@@ -1,17 +1,55 @@
 //! Upper bounds for every strategy on the patterns of a comparison.
 
+use super::case::Case;
 use super::class_result::{ClassBound, class_bounds, class_results};
 use super::comparison::{CaseBound, CaseResult, Comparison};
 use super::draws::Draws;
+use super::method::MethodRun;
 use crate::error::Result;
 use crate::optimize::{Environment, bound_beside};
-use crate::planning::bound::{Bound, certified_percent};
+use crate::planning::bound::certified_percent;
+use crate::sim::Scene;
 use crate::station::Station;
 use crate::stats;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
-/// The bound of a pattern, and those of its classes.
-type PatternBound = (Bound, Vec<ClassBound>);
+/// What no strategy can exceed on one pattern.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct PatternBound {
+    /// The most items that can be picked.
+    pub picks: f64,
+    /// The highest rate [1/min]; `None` if no finite bound was found.
+    pub rate: Option<f64>,
+    /// The bounds of the classes.
+    pub classes: Vec<ClassBound>,
+}
+
+impl PatternBound {
+    /// The bound for `scene`, on which the methods made `runs`.
+    ///
+    /// # Errors
+    /// As for [`bound_beside`].
+    pub(super) fn beside(
+        runs: &[&MethodRun],
+        scene: &Scene,
+        environment: &Environment,
+    ) -> Result<Self> {
+        let picked = runs.iter().map(|run| run.figures.picked).max();
+        let bound = bound_beside(scene, picked.unwrap_or_default(), environment)?;
+        let classes: Vec<_> = runs.iter().map(|run| run.classes.as_slice()).collect();
+        Ok(Self {
+            picks: bound.value,
+            rate: bound.rate,
+            classes: class_bounds(scene, &classes, environment)?,
+        })
+    }
+}
+
+/// The name of the bounds on the patterns of a case, among the units of work.
+pub(super) fn bounds_of(case: &Case) -> String {
+    format!("bounds of case {}", case.name)
+}
 
 /// Bounds every pattern of `comparison`, which was made on `station` from `draws`. A stop
 /// request takes effect after a whole case; later cases have no bound.
@@ -29,28 +67,29 @@ pub fn add_bounds(
     progress.begin("bounding", total as u64, "patterns");
     for result in &mut comparison.cases {
         let drawn = draws.patterns(&result.case, station)?;
-        let bounds: Result<Vec<PatternBound>> = drawn
+        let name = bounds_of(&result.case);
+        let bounds: Result<Option<Vec<PatternBound>>> = drawn
             .par_iter()
             .enumerate()
             .map(|(place, (seed, pattern))| {
-                let picked = result.methods.iter();
-                let picked = picked.map(|method| method.runs[place].figures.picked).max();
-                let scene = draws.scene(*seed, pattern, station)?;
-                let bound = bound_beside(&scene, picked.unwrap_or_default(), environment)?;
-                let classes = result.methods.iter();
-                let classes = classes.map(|method| method.runs[place].classes.as_slice());
-                let classes: Vec<_> = classes.collect();
-                let classes = class_bounds(&scene, &classes, environment)?;
+                let bound = environment.ledger.unit(&name, place, || {
+                    let runs = result.methods.iter().map(|method| &method.runs[place]);
+                    let scene = draws.scene(*seed, pattern, station)?;
+                    PatternBound::beside(&runs.collect::<Vec<_>>(), &scene, environment)
+                });
                 progress.advance(1);
-                Ok((bound, classes))
+                bound.transpose()
             })
-            .collect();
+            .collect::<Option<Result<_>>>()
+            .transpose();
         let bounds = match bounds {
             Err(error) if error.is_interrupted() => break,
             bounds => bounds?,
         };
-        let (bounds, of_classes): (Vec<Bound>, Vec<_>) = bounds.into_iter().unzip();
+        // Missing in a part of the shards.
+        let Some(bounds) = bounds else { continue };
         result.bound = Some(summarise(result, &bounds));
+        let of_classes: Vec<_> = bounds.into_iter().map(|bound| bound.classes).collect();
         for method in &mut result.methods {
             let classes = method.runs.iter().map(|run| run.classes.as_slice());
             method.classes = class_results(classes, Some(&of_classes));
@@ -60,13 +99,13 @@ pub fn add_bounds(
     Ok(())
 }
 
-fn summarise(result: &CaseResult, bounds: &[Bound]) -> CaseBound {
+fn summarise(result: &CaseResult, bounds: &[PatternBound]) -> CaseBound {
     let first = &result.methods[0];
-    let picks: Vec<usize> = bounds.iter().map(|bound| bound.value as usize).collect();
+    let picks: Vec<usize> = bounds.iter().map(|bound| bound.picks as usize).collect();
     let most: usize = picks.iter().sum();
     let shares = bounds.iter().zip(&first.runs);
     let shares: Vec<f64> = shares
-        .map(|(bound, run)| run.figures.share_of(bound.value))
+        .map(|(bound, run)| run.figures.share_of(bound.picks))
         .collect();
     let rates: Option<Vec<f64>> = bounds.iter().map(|bound| bound.rate).collect();
     let mean = rates.as_deref().map(stats::mean);

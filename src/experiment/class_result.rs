@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 const MOST_BOUNDED: usize = 20;
 
 /// The most items of one class that any strategy can pick from one pattern.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct ClassBound {
     /// Name of the class; `None` for the items without one.

@@ -1,5 +1,6 @@
 //! Compares methods on cases, with paired differences.
 
+use super::bounds::{PatternBound, bounds_of};
 use super::case::Case;
 use super::class_result::class_results;
 use super::comparison::{CaseResult, Comparison, MethodResult};
@@ -10,6 +11,8 @@ use crate::error::{Error, Result};
 use crate::optimize::Environment;
 use crate::pattern::Pattern;
 use crate::purity::PurityByBin;
+use crate::shards::none_complete;
+use crate::sim::Scene;
 use crate::station::Station;
 use crate::stats;
 use crate::throughput::Throughput;
@@ -41,24 +44,27 @@ pub fn compare_methods(
         .begin("comparing", total as u64, "patterns");
     let mut results = Vec::with_capacity(cases.len());
     for (case, drawn) in cases.iter().zip(drawn) {
-        let (seeds, patterns): (Vec<_>, Vec<_>) = drawn.into_iter().unzip();
-        let run = |(seed, pattern): (&Option<u64>, &Pattern)| -> Result<Vec<MethodRun>> {
-            if environment.stopped() {
-                return Err(Error::interrupted());
-            }
-            let scene = draws.scene(*seed, pattern, station);
-            let scene = scene.map_err(|error| error.inside(&case.name))?;
-            let runs = methods.iter().map(|method| method.run(&scene, environment));
-            let runs = runs.collect();
+        let name = runs_of(case);
+        let run = |(place, (seed, pattern)): (usize, &(Option<u64>, Pattern))| {
+            let runs = environment.ledger.unit(&name, place, || {
+                let scene = draws.scene(*seed, pattern, station);
+                let scene = scene.map_err(|error| error.inside(&case.name))?;
+                all_methods_on(&methods, &scene, environment)
+            });
             environment.progress.advance(1);
-            runs
+            runs.transpose()
         };
-        let by_pattern: Result<Vec<Vec<MethodRun>>> =
-            seeds.par_iter().zip(&patterns).map(run).collect();
-        let by_pattern = match by_pattern {
+        let by_pattern = drawn.par_iter().enumerate().map(run);
+        let by_pattern: Option<Result<Vec<Vec<MethodRun>>>> = by_pattern.collect();
+        let by_pattern = match by_pattern.transpose() {
             Err(error) if error.is_interrupted() && !results.is_empty() => break,
             by_pattern => by_pattern?,
         };
+        // Missing in a part of the shards.
+        let Some(by_pattern) = by_pattern else {
+            continue;
+        };
+        let (seeds, patterns): (Vec<_>, Vec<_>) = drawn.into_iter().unzip();
         results.push(CaseResult {
             case: case.clone(),
             seeds,
@@ -68,12 +74,78 @@ pub fn compare_methods(
         });
     }
     environment.progress.end();
+    if results.is_empty() {
+        return Err(none_complete("case"));
+    }
     Ok(Comparison {
         methods,
         cases: results,
         planned: cases.len(),
         first_seed: draws.first_seed,
     })
+}
+
+/// Runs the methods, and with `bounded` computes the bounds, on the patterns that the shard of the
+/// environment's ledger owns, which records them.
+///
+/// # Errors
+/// As for [`compare_methods`] and [`add_bounds`](super::add_bounds).
+pub fn compare_in_shard(
+    station: &Station,
+    methods: &[Method],
+    cases: &[Case],
+    (draws, bounded): (Draws, bool),
+    environment: &Environment,
+) -> Result<()> {
+    let Environment {
+        progress, ledger, ..
+    } = environment;
+    let shard = ledger.shard();
+    let mut own = Vec::new();
+    let mut unit = 0;
+    for case in cases {
+        for (place, (seed, pattern)) in draws.patterns(case, station)?.into_iter().enumerate() {
+            if shard.is_none_or(|shard| shard.owns(unit)) {
+                own.push((case, place, seed, pattern));
+            }
+            unit += 1;
+        }
+    }
+    progress.begin("comparing", own.len() as u64, "patterns");
+    own.par_iter()
+        .try_for_each(|(case, place, seed, pattern)| {
+            let scene = draws.scene(*seed, pattern, station);
+            let scene = scene.map_err(|error| error.inside(&case.name))?;
+            let run = || all_methods_on(methods, &scene, environment);
+            let runs = ledger.unit(&runs_of(case), *place, run)?;
+            if let (true, Some(runs)) = (bounded, runs) {
+                let runs: Vec<&MethodRun> = runs.iter().collect();
+                let bound = || PatternBound::beside(&runs, &scene, environment);
+                ledger.unit(&bounds_of(case), *place, bound)?;
+            }
+            progress.advance(1);
+            Result::Ok(())
+        })?;
+    progress.end();
+    Ok(())
+}
+
+/// The name of the runs on the patterns of a case, among the units of work.
+fn runs_of(case: &Case) -> String {
+    format!("runs of case {}", case.name)
+}
+
+/// All methods on one pattern.
+fn all_methods_on(
+    methods: &[Method],
+    scene: &Scene,
+    environment: &Environment,
+) -> Result<Vec<MethodRun>> {
+    if environment.stopped() {
+        return Err(Error::interrupted());
+    }
+    let runs = methods.iter().map(|method| method.run(scene, environment));
+    runs.collect()
 }
 
 fn summarise(by_pattern: &[Vec<MethodRun>], methods: usize) -> Vec<MethodResult> {

@@ -22,7 +22,7 @@ pub enum Method {
 }
 
 /// The result of a method on one pattern.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct MethodRun {
     /// What the run picked, and when it ended.

@@ -1,22 +1,26 @@
 //! Varies one quantity of the line: belt speed, robots, spacing, reach, or the threshold of
 //! detections.
 
-use super::class_result::{ClassBound, class_bounds, class_results};
+use super::bounds::PatternBound;
+use super::class_result::{ClassBound, class_results};
 use super::method::{Method, MethodRun};
 use super::robots_down::ROBOTS_DOWN;
 use super::sweep_result::{Sweep, SweepBound, SweepPoint, SweepValue};
 use crate::clearance;
 use crate::decision::{Figures, picked_shares};
 use crate::error::{Error, Result, known_names, shown};
-use crate::optimize::{Environment, bound_beside};
+use crate::optimize::Environment;
 use crate::pattern::Pattern;
-use crate::planning::bound::{Bound, certified_percent};
+use crate::planning::bound::certified_percent;
 use crate::purity::PurityByBin;
+use crate::shards::none_complete;
 use crate::sim::{Conditions, Scene};
 use crate::station::Station;
 use crate::stats;
 use crate::throughput::{Steadiness, Throughput};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
 use strum::VariantArray as _;
 
 /// The varied quantity.
@@ -110,21 +114,50 @@ fn run_methods(
     let methods = setting.methods.iter();
     let runs = methods.map(|method| method.run(&scene, environment));
     let runs: Vec<MethodRun> = runs.collect::<Result<_>>()?;
-    let picked = runs.iter().map(|run| run.figures.picked).max();
-    let bound = bounded
-        .then(|| bound_beside(&scene, picked.unwrap_or_default(), environment))
-        .transpose()?;
-    let classes = match bounded {
-        true => {
-            let classes: Vec<_> = runs.iter().map(|run| run.classes.as_slice()).collect();
-            class_bounds(&scene, &classes, environment)?
-        }
-        false => Vec::new(),
+    let bound = || {
+        let runs: Vec<&MethodRun> = runs.iter().collect();
+        PatternBound::beside(&runs, &scene, environment)
     };
-    Ok(Runs {
-        runs,
-        bound,
-        classes,
+    let bound = bounded.then(bound).transpose()?;
+    Ok(Runs { runs, bound })
+}
+
+/// The runs at one value on pattern `place`, known or made; `None` if they are missing in a part of the
+/// shards. Random events are drawn from the conditions' seed + `place`.
+fn runs_at(
+    setting: &Setting,
+    (place, pattern): (usize, &Pattern),
+    conditions: &Conditions,
+    bounded: bool,
+    environment: &Environment,
+) -> Result<Option<Runs>> {
+    let name = format!("runs at {}", setting.value);
+    environment.ledger.unit(&name, place, || {
+        let seed = conditions.disturbances.seed.wrapping_add(place as u64);
+        let conditions = conditions.with_seed(seed);
+        run_methods(setting, pattern, conditions, bounded, environment)
+    })
+}
+
+/// Runs all methods at one value, as [`sweep_settings`] does, on those patterns of `places` only, in a
+/// shard, whose ledger records them.
+///
+/// # Errors
+/// As for [`sweep_settings`].
+pub fn sweep_in_shard(
+    setting: &Setting,
+    (patterns, places): (&[Pattern], Range<usize>),
+    conditions: &Conditions,
+    bounded: bool,
+    environment: &Environment,
+) -> Result<()> {
+    let own = places
+        .into_par_iter()
+        .map(|place| (place, &patterns[place]));
+    own.try_for_each(|own| {
+        runs_at(setting, own, conditions, bounded, environment)?;
+        environment.progress.advance(1);
+        Ok(())
     })
 }
 
@@ -149,15 +182,16 @@ pub fn sweep_settings(
     let mut values: Vec<SweepValue> = Vec::with_capacity(settings.len());
     let mut steadiness: Vec<Vec<Steadiness>> = Vec::new();
     for setting in settings {
-        let run = |(place, pattern): (usize, &Pattern)| {
-            let seed = conditions.disturbances.seed.wrapping_add(place as u64);
-            let conditions = conditions.with_seed(seed);
-            run_methods(setting, pattern, conditions, bounded, environment)
-        };
-        let by_pattern: Result<Vec<Runs>> = patterns.par_iter().enumerate().map(run).collect();
-        let by_pattern = match by_pattern {
+        let run = |own| runs_at(setting, own, conditions, bounded, environment).transpose();
+        let by_pattern = patterns.par_iter().enumerate().map(run);
+        let by_pattern: Option<Result<Vec<Runs>>> = by_pattern.collect();
+        let by_pattern = match by_pattern.transpose() {
             Err(error) if error.is_interrupted() && !values.is_empty() => break,
             by_pattern => by_pattern?,
+        };
+        // Missing in a part of the shards.
+        let Some(by_pattern) = by_pattern else {
+            continue;
         };
         let of_method = |i: usize| by_pattern.iter().map(move |runs| &runs.runs[i].steady);
         let methods = 0..setting.methods.len();
@@ -171,6 +205,9 @@ pub fn sweep_settings(
         environment.progress.advance(1);
     }
     environment.progress.end();
+    if values.is_empty() {
+        return Err(none_complete("value"));
+    }
     // All values use the same patterns.
     let runs: Vec<Vec<&Steadiness>> = steadiness.iter().map(|of| of.iter().collect()).collect();
     let throughputs = Throughput::beside(&runs);
@@ -188,19 +225,18 @@ pub fn sweep_settings(
 }
 
 /// All methods on one pattern at one value.
+#[derive(Serialize, Deserialize)]
 struct Runs {
     runs: Vec<MethodRun>,
-    bound: Option<Bound>,
-    /// The bounds of the classes.
-    classes: Vec<ClassBound>,
+    bound: Option<PatternBound>,
 }
 
 /// The figures of every method at one value.
 fn summarise_methods(methods: &[Method], by_pattern: &[Runs]) -> Vec<SweepPoint> {
     let bounds = by_pattern.iter().map(|runs| runs.bound.as_ref());
-    let most: Option<f64> = bounds.map(|bound| bound.map(|bound| bound.value)).sum();
-    let of_classes: Vec<Vec<ClassBound>> =
-        by_pattern.iter().map(|runs| runs.classes.clone()).collect();
+    let most: Option<f64> = bounds.map(|bound| bound.map(|bound| bound.picks)).sum();
+    let of_classes = by_pattern.iter().filter_map(|runs| runs.bound.as_ref());
+    let of_classes: Vec<Vec<ClassBound>> = of_classes.map(|bound| bound.classes.clone()).collect();
     let point = |(i, method): (usize, &Method)| {
         let runs: Vec<&MethodRun> = by_pattern.iter().map(|runs| &runs.runs[i]).collect();
         let classes = runs.iter().map(|run| run.classes.as_slice());
@@ -215,11 +251,11 @@ fn summarise_methods(methods: &[Method], by_pattern: &[Runs]) -> Vec<SweepPoint>
 
 fn summarise_bounds(by_pattern: &[Runs]) -> Option<SweepBound> {
     let bounds = by_pattern.iter().map(|runs| runs.bound.as_ref());
-    let bounds: Vec<&Bound> = bounds.collect::<Option<_>>()?;
+    let bounds: Vec<&PatternBound> = bounds.collect::<Option<_>>()?;
     let figures = by_pattern.iter().map(|runs| runs.runs[0].figures);
     let rates: Option<Vec<f64>> = bounds.iter().map(|bound| bound.rate).collect();
     let shares = bounds.iter().zip(figures);
-    let shares: Vec<f64> = shares.map(|(b, run)| run.share_of(b.value)).collect();
+    let shares: Vec<f64> = shares.map(|(b, run)| run.share_of(b.picks)).collect();
     Some(SweepBound {
         picked_share: stats::mean(&shares),
         picking_rate: rates.map(|rates| stats::mean(&rates)),

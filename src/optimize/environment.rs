@@ -1,5 +1,6 @@
-//! The environment of long work: a stop flag and a receiver of progress reports.
+//! The environment of long work: a stop flag, a receiver of progress reports, and the ledger of its units.
 
+use crate::shards::Ledger;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -48,6 +49,7 @@ impl Environment<'static> {
         Self {
             stop: &GO_ON,
             progress: &Silent,
+            ledger: Ledger::PLAIN,
         }
     };
 }
@@ -71,13 +73,16 @@ impl Stop for Deadline<'_> {
     }
 }
 
-/// Stop signal and progress receiver, passed as arguments and never global.
+/// Stop signal, progress receiver and ledger, passed as arguments and never global. Calls that stop or
+/// watch work, but do it all, end with `..Environment::QUIET`.
 #[derive(Clone, Copy)]
 pub struct Environment<'a> {
     /// Set by the caller to make the work end soon with the result it has.
     pub stop: &'a dyn Stop,
     /// Receives the progress.
     pub progress: &'a dyn Progress,
+    /// Knows or records the units of the work, if it is done in shards.
+    pub ledger: &'a Ledger,
 }
 
 impl Environment<'_> {

@@ -210,6 +210,51 @@ impl<'a> Evaluator<'a> {
         self.evaluate_within(assignments, u64::MAX, environment)
     }
 
+    /// Like [`Evaluator::evaluate`], with every pattern a unit of the work called `name`.
+    ///
+    /// # Errors
+    /// As for [`Evaluator::evaluate`]; [`Sharded`](crate::error::ErrorKind::Sharded) in a shard.
+    pub(super) fn evaluate_units(
+        &self,
+        name: &str,
+        assignments: Vec<RuleAssignment>,
+        environment: &Environment,
+    ) -> Result<Evaluation> {
+        let ledger = environment.ledger;
+        let shard = ledger.shard();
+        let tree = AssignmentTree::new(assignments);
+        let before = self.runs();
+        let on_place = |&place: &usize| {
+            if environment.stopped() {
+                return None;
+            }
+            let made = ledger.unit(name, place, || {
+                let scene = &self.scenes[place];
+                let values = self.on_pattern(scene, &tree, u64::MAX, environment)?;
+                values.ok_or_else(Error::interrupted)
+            });
+            environment.progress.advance(1);
+            match made {
+                Err(error) if error.is_interrupted() => None,
+                made => made.map(|values| Some((place, values?))).transpose(),
+            }
+        };
+        let owned = |place: &&usize| shard.is_none_or(|shard| shard.owns(**place));
+        let own: Vec<usize> = self.order.iter().filter(owned).copied().collect();
+        let done = own.par_iter().filter_map(on_place);
+        let done: Vec<(usize, OnPattern)> = done.collect::<Result<_>>()?;
+        if shard.is_some() {
+            return Err(match done.len() == own.len() {
+                true => Error::sharded(),
+                false => Error::interrupted(),
+            });
+        }
+        // Those that were made elsewhere count too.
+        let runs = (done.len() * tree.assignments().len()) as u64;
+        self.count_runs(runs - (self.runs() - before));
+        Ok(Evaluation::new(tree.assignments().to_vec(), done))
+    }
+
     /// Like [`Evaluator::evaluate`], in at most `most` runs. If these do not suffice, only as
     /// many patterns as possible are evaluated, perhaps none. Runs are counted, not timed, so
     /// equal input gives equal results on every machine.
@@ -278,8 +323,8 @@ impl<'a> Evaluator<'a> {
         Ok(Evaluation::new(tree.assignments().to_vec(), done))
     }
 
-    /// Scores a strategy of any kind on the same patterns and reports each as progress. `None`
-    /// if stopped.
+    /// Scores a strategy of any kind on the same patterns, each of which is a unit of work, and reports
+    /// each as progress. `None` if stopped, or if some patterns are another shard's.
     ///
     /// # Errors
     /// The strategy acts illegally.
@@ -299,11 +344,23 @@ impl<'a> Evaluator<'a> {
             environment.progress.advance(1);
             Ok((value, figures.picked_share()))
         };
-        let runs = self.scenes.par_iter().map(on_pattern);
-        let (values, shares): (Vec<f64>, Vec<f64>) = match runs.collect::<Result<Vec<_>>>() {
-            Err(error) if error.is_interrupted() => return Ok(None),
-            runs => runs?.into_iter().unzip(),
+        let name = format!("runs of {}", strategy.name());
+        let ledger = environment.ledger;
+        let on_place = |(place, scene): (usize, &Scene)| {
+            if ledger.shard().is_some_and(|shard| !shard.owns(place)) {
+                return Ok(None);
+            }
+            ledger.unit(&name, place, || on_pattern(scene))
         };
+        let runs = self.scenes.par_iter().enumerate().map(on_place);
+        let runs: Vec<Option<(f64, f64)>> = match runs.collect::<Result<_>>() {
+            Err(error) if error.is_interrupted() => return Ok(None),
+            runs => runs?,
+        };
+        let Some(runs) = runs.into_iter().collect::<Option<Vec<_>>>() else {
+            return Ok(None);
+        };
+        let (values, shares): (Vec<f64>, Vec<f64>) = runs.into_iter().unzip();
         Ok(Some(Score {
             values,
             picked_share: stats::mean(&shares),

@@ -47,7 +47,7 @@ setters!(Grasp {
 });
 
 /// What GRASP found.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct GraspOutcome {
     /// Best assignment found; `None` if the search was cut short before the first was scored.

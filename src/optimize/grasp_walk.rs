@@ -155,6 +155,7 @@ impl<'w, 'a> Walk<'w, 'a> {
             let environment = Environment {
                 stop: self.environment.stop,
                 progress: &within,
+                ..*self.environment
             };
             let mut evaluation = evaluator.evaluate_within(unknown.clone(), left, &environment)?;
             let scored = evaluation.is_whole(evaluator);

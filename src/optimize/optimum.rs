@@ -10,6 +10,7 @@ use super::ranking::{Ranking, TieBreak};
 use super::search::{Optimum, Search, SearchKind, StopReason, USUAL_ITEMS};
 use crate::dispatch::{RULES, RuleAssignment};
 use crate::error::{Error, Result};
+use crate::shards::none_complete;
 
 /// Maximum memory for an enumeration, or for branch and bound if it is chosen automatically [bytes].
 const MOST_MEMORY: f64 = 2e9;
@@ -43,6 +44,29 @@ pub fn find_optimum(
     search.risk.checked()?;
     let max_runs = search.limits.runs.of(evaluator);
     let kind = resolve(search, max_runs, evaluator)?;
+    let find = || find_by(kind, max_runs, evaluator, search, environment);
+    if splits(kind, max_runs.unwrap_or(u64::MAX), evaluator) {
+        return find();
+    }
+    environment.ledger.shared("search", find)
+}
+
+/// Whether shards score all assignments on patterns of their own; otherwise each makes the whole search,
+/// whose steps depend on those before.
+fn splits(kind: SearchKind, most: u64, evaluator: &Evaluator) -> bool {
+    let all = (RULES.len() as f64).powi(evaluator.station().robots().len() as i32);
+    let runs = all * evaluator.pattern_count() as f64;
+    enumerates(kind) && evaluator.runs_per_value() == 1.0 && runs <= most as f64
+}
+
+/// Searches by `kind`, which is not `Auto`.
+fn find_by(
+    kind: SearchKind,
+    max_runs: Option<u64>,
+    evaluator: &Evaluator,
+    search: &Search,
+    environment: &Environment,
+) -> Result<Optimum> {
     let deadline = Deadline {
         other: environment.stop,
         at: search.limits.until,
@@ -50,6 +74,7 @@ pub fn find_optimum(
     let within = Environment {
         stop: &deadline,
         progress: environment.progress,
+        ..*environment
     };
     let most = max_runs.unwrap_or(u64::MAX);
     let sampled = match (kind, max_runs) {
@@ -74,6 +99,7 @@ pub fn find_optimum(
             // However far breaking ties came.
             _ if proven => StopReason::Proven,
             _ if environment.stopped() => StopReason::Interrupted,
+            true if environment.ledger.is_partial() => StopReason::Interrupted,
             true if deadline.passed() => StopReason::TimeLimit,
             true => StopReason::Budget,
             false if enumerates(kind) => StopReason::Enumerated,
@@ -209,8 +235,14 @@ fn enumerate(evaluator: &Evaluator, most: u64, environment: &Environment) -> Res
     let robots = evaluator.station().robots().len();
     let all: Vec<RuleAssignment> = RuleAssignment::all(robots).collect();
     let count = all.len();
-    let evaluation = evaluator.evaluate_within(all, most, environment)?;
+    let evaluation = match splits(SearchKind::Exhaustive, most, evaluator) {
+        true => evaluator.evaluate_units("enumeration", all, environment)?,
+        false => evaluator.evaluate_within(all, most, environment)?,
+    };
     environment.progress.end();
+    if evaluation.patterns.is_empty() && environment.ledger.is_partial() {
+        return Err(none_complete("pattern"));
+    }
     if evaluation.patterns.is_empty() && !environment.stopped() {
         return Err(Error::usage(
             "'runs'",

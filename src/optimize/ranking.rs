@@ -10,7 +10,7 @@ use crate::stats::{self, Bootstrap, Interval};
 use rayon::prelude::*;
 
 /// One assignment in the ranking.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct Ranked {
     /// The rule of each robot, upstream first.
@@ -64,7 +64,7 @@ impl Ranked {
 }
 
 /// All scored assignments, best first.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct Ranking {
     /// The best first, then its contenders in the order in which the tie was broken, then the

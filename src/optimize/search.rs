@@ -13,7 +13,16 @@ use strum::VariantNames as _;
 
 /// How the best assignment is searched.
 #[derive(
-    Debug, Clone, Copy, PartialEq, Eq, strum::EnumString, strum::IntoStaticStr, strum::VariantNames,
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    strum::EnumString,
+    strum::IntoStaticStr,
+    strum::VariantNames,
+    serde::Serialize,
+    serde::Deserialize,
 )]
 #[strum(serialize_all = "lowercase")]
 pub enum SearchKind {
@@ -189,7 +198,9 @@ setters!(Search {
 });
 
 /// Why the search ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr, serde::Serialize, serde::Deserialize,
+)]
 #[strum(serialize_all = "snake_case")]
 #[non_exhaustive]
 pub enum StopReason {
@@ -215,7 +226,7 @@ impl StopReason {
 }
 
 /// What a search for the best assignment found.
-#[derive(Debug)]
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct Optimum {
     /// The method that was used: never `Auto`.

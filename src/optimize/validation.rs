@@ -128,7 +128,7 @@ pub fn validate(
     if options.certify {
         let set = evaluator.patterns();
         certificate = certify(&station, set, &options.conditions, &shares, environment)?;
-        if certificate.is_none() {
+        if certificate.is_none() && environment.stopped() {
             return Ok(None);
         }
     }
@@ -176,7 +176,7 @@ const CERTIFIED: usize = 100;
 const CERTIFIED_ITEMS: f64 = 60_000.0;
 
 /// Compares `shares` of the items of `patterns`, picked on `station`, with the bound for every
-/// strategy. `None` if the user stopped.
+/// strategy. `None` if the user stopped, or if some patterns are another shard's.
 fn certify(
     station: &Station,
     patterns: &[Pattern],
@@ -191,19 +191,29 @@ fn certify(
     let progress = environment.progress;
     progress.begin("bounding", patterns.len() as u64, "patterns");
     let places = patterns.par_iter().enumerate();
+    let ledger = environment.ledger;
     let bounded = places.zip(shares).map(|((place, pattern), share)| {
-        // A share of n items is that of a whole number of items.
-        let picked = (share * pattern.len() as f64).round() as usize;
-        let scene = Scene::under(station, pattern, conditions.of_place(place))?;
-        let bound = picks_bound_beside(&scene, picked, environment)?;
+        if ledger.shard().is_some_and(|shard| !shard.owns(place)) {
+            return Ok(None);
+        }
+        let bound = ledger.unit("bounds of fresh patterns", place, || {
+            // A share of n items is that of a whole number of items.
+            let picked = (share * pattern.len() as f64).round() as usize;
+            let scene = Scene::under(station, pattern, conditions.of_place(place))?;
+            let bound = picks_bound_beside(&scene, picked, environment)?;
+            Ok((picked, bound.value as usize))
+        });
         progress.advance(1);
-        Ok((picked, bound.value as usize))
+        bound
     });
-    let bounded: Result<Vec<(usize, usize)>> = bounded.collect();
+    let bounded: Result<Vec<Option<(usize, usize)>>> = bounded.collect();
     progress.end();
     let bounded = match bounded {
         Err(error) if error.is_interrupted() => return Ok(None),
         bounded => bounded?,
+    };
+    let Some(bounded) = bounded.into_iter().collect::<Option<Vec<_>>>() else {
+        return Ok(None);
     };
     let items: usize = patterns.iter().map(Pattern::len).sum();
     let picked: usize = bounded.iter().map(|(picked, _)| picked).sum();

@@ -5,7 +5,7 @@ use crate::decision::Outcome;
 use std::collections::BTreeMap;
 
 /// The items of one class in one run.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct ClassRun {
     /// Name of the class; `None` for the items without one.

@@ -2,16 +2,20 @@
 //! strategy.
 
 use super::blueprint::policy_distance;
+use super::inputs::{check_same_training, check_strategies, patterns_hash};
 use super::notes::{Note, condition_notes, detection_notes};
 use super::options::{MethodSettings, StudyOptions};
 use super::robust::LineSearch;
 use super::tuning::{RIVAL, tune, tuning_set};
 use crate::error::{Error, Result, known_names, shown};
-use crate::experiment::{Case, Comparison, Draws, Method, add_bounds, compare_methods};
+use crate::experiment::{
+    Case, Comparison, Draws, Method, add_bounds, compare_in_shard, compare_methods,
+};
+use crate::files;
 use crate::optimize::Environment;
 use crate::planning::Allowance;
 use crate::sim::Conditions;
-use crate::station::Station;
+use crate::station::{Station, station_hash};
 use crate::strategies::{self, HAS_POLICY, POLICY, StrategySpec};
 use std::sync::Arc;
 
@@ -260,18 +264,44 @@ impl<'a> CompareStudy<'a> {
         })
     }
 
+    /// Checks that all shards are made on the same line, patterns and policies.
+    fn check_inputs(&self, environment: &Environment) -> Result<()> {
+        let ledger = environment.ledger;
+        ledger.check_input("the station", || Ok(station_hash(self.station)))?;
+        let strategies = self.strategies.iter();
+        check_strategies(strategies.map(|strategy| strategy.text()), environment)?;
+        check_same_training(&self.options.own.methods.training, environment)?;
+        // What the cases are; the files that they name are read below.
+        let cases = || Ok(files::fingerprint(format!("{:?}", self.cases)));
+        ledger.check_input("the list of cases", cases)?;
+        for case in self.cases {
+            // The patterns of a random case follow from its first.
+            let drawn = case.patterns(self.station.belt(), 1, self.first_seed())?;
+            let patterns = drawn.iter().map(|(_, pattern)| pattern);
+            let name = format!("case {}", case.name);
+            ledger.check_input(&name, || Ok(patterns_hash(patterns)))?;
+        }
+        Ok(())
+    }
+
     /// Runs the comparison.
     ///
     /// # Errors
     /// A pattern that does not fit on the belt, an illegal action, or [`Interrupted`](crate::error::ErrorKind::Interrupted)
     /// before the first case is complete.
     pub fn run(&self, environment: &Environment) -> Result<Compared> {
+        self.check_inputs(environment)?;
         let (methods, mut notes) = self.find_methods(environment)?;
         let draws = Draws {
             replicates: self.options.own.replicates,
             first_seed: self.first_seed(),
             conditions: &self.conditions,
         };
+        if environment.ledger.shard().is_some() {
+            let how = (draws, self.options.bound);
+            compare_in_shard(self.station, &methods, self.cases, how, environment)?;
+            return Err(Error::sharded());
+        }
         let mut comparison =
             compare_methods(self.station, methods, self.cases, draws, environment)?;
         let mut bounded = comparison.cases.len();
@@ -298,8 +328,10 @@ impl<'a> CompareStudy<'a> {
         let update_hz = self.conditions.update_hz;
         let line = LineSearch::new(station, options.seed, update_hz, environment);
         let line = line.under(&self.conditions);
-        let robust = line.robust(&options.own.methods.training, |items| {
-            line.like_cases(self.cases, items)
+        let robust = environment.ledger.shared("robust GT", || {
+            line.robust(&options.own.methods.training, |items| {
+                line.like_cases(self.cases, items)
+            })
         })?;
         let mut notes = vec![robust.note()];
         notes.extend(self.notes.iter().cloned());
@@ -320,10 +352,12 @@ impl<'a> CompareStudy<'a> {
         }
         if options.own.methods.tune {
             let training = &options.own.methods.training;
-            let set = tuning_set(training, |items| line.like_cases(self.cases, items))?;
-            let rival = tune(station, &set, line.conditions(), environment)?;
+            let rival = environment.ledger.shared(RIVAL, || {
+                let set = tuning_set(training, |items| line.like_cases(self.cases, items))?;
+                tune(station, &set, line.conditions(), environment)
+            })?;
+            methods.push(Method::Strategy(rival.blueprint(station.robots().len())?));
             notes.push(Note::Rival(rival.remark));
-            methods.push(Method::Strategy(rival.blueprint));
         }
         methods[..=self.reference].rotate_right(1);
         Ok((methods, notes))

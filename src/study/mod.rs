@@ -28,6 +28,7 @@ mod bound;
 mod compare;
 mod demonstrate;
 mod game;
+mod inputs;
 mod notes;
 mod optimize;
 mod options;
@@ -50,6 +51,7 @@ pub use bound::{BoundStudy, BoundStudyOptions, PatternBounds, bound};
 pub use compare::{CompareOptions, CompareSettings, CompareStudy, Compared, compare};
 pub use demonstrate::{DemonstrateOptions, Demonstrations, demonstrate};
 pub use game::{GameOptions, GameStudy, PlayedGame, game};
+pub(crate) use inputs::check_strategies;
 pub use notes::{Note, RobustBasis, RobustNote, RobustScope, set_notes};
 pub use optimize::{
     OptimizeOptions, OptimizeSettings, OptimizeStudy, Optimized, ScoredRivals, optimize,

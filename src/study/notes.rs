@@ -224,7 +224,7 @@ pub struct RobustNote {
 }
 
 /// By what robust GT was chosen.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub enum RobustBasis {
     /// The caller gave it.
@@ -244,7 +244,7 @@ pub enum RobustBasis {
     /// It has the highest mean on patterns like those scored.
     HighestMean {
         /// The figure whose mean is the highest.
-        figure: &'static str,
+        figure: String,
         /// The training set; `None` if it is the scored patterns themselves.
         on: Option<String>,
     },

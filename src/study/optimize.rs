@@ -2,10 +2,11 @@
 //! patterns and beside other strategies.
 
 use super::blueprint::policy_distance;
+use super::inputs::{check_strategies, patterns_hash};
 use super::notes::{Note, set_notes};
 use super::options::{StudyOptions, check_distinct};
 use super::patterns::{ScoredPatterns, ScoredSet, independent_events, with_draws};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::optimize::{
     Environment, Evaluator, Grasp, Limits, Objective, Optimum, Risk, Rival, Search, SearchKind,
     SpeedScan, StopReason, Validation, ValidationOptions, chosen_flow, find_optimum, rivals,
@@ -13,7 +14,7 @@ use crate::optimize::{
 };
 use crate::pattern::{PatternSet, PatternSource, Recipe};
 use crate::sim::Conditions;
-use crate::station::Station;
+use crate::station::{Station, station_hash};
 use crate::strategies::Blueprint;
 use std::time::Instant;
 
@@ -219,6 +220,16 @@ impl<'a> OptimizeStudy<'a> {
         &self.set
     }
 
+    /// Checks that all shards are made on the same line and patterns.
+    fn check_inputs(&self, environment: &Environment) -> Result<()> {
+        let ledger = environment.ledger;
+        ledger.check_input("the station", || Ok(station_hash(self.station)))?;
+        let patterns = &self.set.scored().patterns;
+        ledger.check_input("the patterns", || Ok(patterns_hash(patterns)))?;
+        let strategies = self.strategies.iter();
+        check_strategies(strategies.map(Blueprint::name), environment)
+    }
+
     /// Runs the search and scores its winner.
     ///
     /// # Errors
@@ -226,6 +237,7 @@ impl<'a> OptimizeStudy<'a> {
     /// [`Interrupted`](crate::error::ErrorKind::Interrupted) before there is a result.
     pub fn run(&self, environment: &Environment) -> Result<Optimized> {
         let set = self.set.scored();
+        self.check_inputs(environment)?;
         let evaluator = self.evaluator(set, &self.conditions)?;
         let mut optimum = find_optimum(&evaluator, &self.search, environment)?;
         let until = self.search.limits.until;
@@ -253,6 +265,12 @@ impl<'a> OptimizeStudy<'a> {
             _ => (set, &evaluator),
         };
         let rivals = self.score_rivals(scored, &optimum, environment)?;
+        if environment.ledger.shard().is_some() {
+            return Err(match environment.stopped() {
+                true => Error::interrupted(),
+                false => Error::sharded(),
+            });
+        }
         let mut notes = self.notes(&evaluator, &optimum);
         if short {
             let fresh = FRESH_IN_A_HURRY;

@@ -167,8 +167,17 @@ pub struct RaceStudy<'a> {
     options: &'a RaceOptions,
     source: PatternSource,
     recipe: Recipe,
-    notes: Vec<Note>,
     description: String,
+}
+
+/// What a race has cost so far.
+#[derive(Default)]
+struct Cost {
+    passes: u64,
+    /// Passes of an enumeration on the same patterns.
+    enumeration: u64,
+    /// Patterns on which the robots are independent.
+    independent: usize,
 }
 
 /// Races all assignments of a short line.
@@ -202,7 +211,7 @@ impl<'a> RaceStudy<'a> {
         if options.max_patterns < least {
             return Err(Error::usage(
                 "'max_patterns'",
-                format!("{} are too few", counted(options.max_patterns, "pattern")),
+                format!("{} is too small a number of patterns", options.max_patterns),
                 format!("give {least} or more, on which every assignment is scored at first"),
             ));
         }
@@ -214,21 +223,17 @@ impl<'a> RaceStudy<'a> {
             options,
             source,
             recipe,
-            notes: Vec::new(),
             description: String::new(),
         };
         // A first batch shows what is wrong with the patterns and how they fit on the line.
         let set = study.batch(0)?;
         let evaluator = study.evaluator(&set, 0)?;
-        let independent = evaluator.independent_patterns();
-        let notes = set_notes(station, &set, &conditions, independent, BATCH);
         let description = format!(
             "batches of {}, each with a seed drawn from {}",
             set.description, options.seed
         );
         drop(evaluator);
         Ok(Self {
-            notes,
             description,
             ..study
         })
@@ -254,7 +259,7 @@ impl<'a> RaceStudy<'a> {
                     "{} are not drawn at random, so more cannot be drawn",
                     self.source
                 ),
-                "race on patterns such as balanced, poisson:0.2, or random with a 'flow'",
+                "race on patterns such as balanced, poisson:0.2, or random with 'flow'",
             )
         })?;
         set.check_on(self.station)?;
@@ -289,11 +294,15 @@ impl<'a> RaceStudy<'a> {
         let within = Environment {
             stop: &deadline,
             progress: environment.progress,
+            ..*environment
         };
         let most = self.options.max_patterns / BATCH;
         let progress = environment.progress;
         progress.begin("racing", (most * BATCH) as u64, "patterns");
-        let mut passes = 0;
+        let mut cost = Cost::default();
+        let tree = AssignmentTree::all(robots);
+        // Where they are not independent, assignments share no passes.
+        let apart = (tree.assignments().len() * robots) as u64;
         while !selection.is_over() && selection.observations() < most {
             let number = selection.observations();
             let set = self.batch(number)?;
@@ -303,10 +312,14 @@ impl<'a> RaceStudy<'a> {
                 .iter()
                 .map(|&s| assignments[s].clone());
             let evaluation = evaluator.evaluate(racing.collect(), &within)?;
-            passes += evaluator.passes();
             if !evaluation.is_whole(&evaluator) {
                 break;
             }
+            let independent = evaluator.independent_patterns();
+            cost.passes += evaluator.passes();
+            cost.enumeration += (independent * tree.passes()) as u64;
+            cost.enumeration += (BATCH - independent) as u64 * apart;
+            cost.independent += independent;
             let values = evaluation
                 .scores
                 .iter()
@@ -337,7 +350,7 @@ impl<'a> RaceStudy<'a> {
             false if deadline.passed() => RaceStop::TimeLimit,
             false => RaceStop::MaxPatterns,
         };
-        Ok(self.outcome(stop, &selection, &assignments, passes))
+        self.outcome(stop, &selection, &assignments, &cost)
     }
 
     /// What comes of a race that ended like this.
@@ -346,8 +359,8 @@ impl<'a> RaceStudy<'a> {
         stop: RaceStop,
         selection: &Selection,
         assignments: &[RuleAssignment],
-        passes: u64,
-    ) -> Raced {
+        cost: &Cost,
+    ) -> Result<Raced> {
         let means: Vec<f64> = selection.means().collect();
         let highest = means.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let patterns = selection.observations() * BATCH;
@@ -373,19 +386,20 @@ impl<'a> RaceStudy<'a> {
             let order = b.patterns.cmp(&a.patterns);
             order.then_with(|| a.behind.total_cmp(&b.behind))
         });
-        let enumeration = AssignmentTree::all(self.station.robots().len()).passes();
-        Raced {
+        let conditions = self.options.conditions.with_seed(self.options.seed);
+        let (set, independent) = (self.batch(0)?, cost.independent);
+        Ok(Raced {
             stop,
             survivors,
             dropped,
             patterns,
             max_patterns: self.options.max_patterns,
-            passes,
-            enumeration_passes: enumeration as u64 * patterns as u64,
+            passes: cost.passes,
+            enumeration_passes: cost.enumeration,
             selection: selection.options(),
             batch: BATCH,
             description: self.description.clone(),
-            notes: self.notes.clone(),
-        }
+            notes: set_notes(self.station, &set, &conditions, independent, patterns),
+        })
     }
 }

@@ -192,8 +192,9 @@ impl<'a> RobotsDownStudy<'a> {
                 trained.like(&self.source, items, &self.recipe)
             })?;
             let rival = tune(station, &set, trained.conditions(), environment)?;
+            let tuned = rival.blueprint(station.robots().len())?;
             notes.push(Note::Rival(rival.remark));
-            methods.push(Method::Strategy(rival.blueprint));
+            methods.push(Method::Strategy(tuned));
         }
         Ok((methods, notes))
     }

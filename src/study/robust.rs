@@ -14,9 +14,11 @@ use crate::pattern::{
     Attributes, ClassShares, Pattern, PatternSet, PatternSource, Recipe, TrainingSet,
 };
 use crate::planning::Allowance;
+use crate::shards::Ledger;
 use crate::sim::Conditions;
 use crate::station::Station;
 use crate::strategies::{Blueprint, Setup, StrategySpec};
+use serde::{Deserialize, Serialize};
 use std::cell::OnceCell;
 
 /// Number of best assignments that serve as bases.
@@ -203,7 +205,11 @@ impl<'a> LineSearch<'a> {
             station,
             seed,
             conditions: Conditions::at_update_hz(update_hz),
-            environment: *environment,
+            // The whole search is one piece of shared work.
+            environment: Environment {
+                ledger: Ledger::PLAIN,
+                ..*environment
+            },
         }
     }
 
@@ -303,7 +309,10 @@ impl<'a> LineSearch<'a> {
         let on = (!training.seen).then(|| on(&training.set, &optimum, &self.conditions));
         Ok(RobustGt {
             rules: optimum.ranking.leader.clone(),
-            basis: RobustBasis::HighestMean { figure, on },
+            basis: RobustBasis::HighestMean {
+                figure: figure.to_owned(),
+                on,
+            },
             best_few: OnceCell::from(best_few(&optimum)),
         })
     }
@@ -458,13 +467,36 @@ fn on(set: &PatternSet, optimum: &Optimum, conditions: &Conditions) -> String {
 }
 
 /// Robust GT and other results of its search.
+#[derive(Serialize, Deserialize)]
 pub(super) struct RobustGt {
     /// The rule of each robot, upstream first.
     pub rules: RuleAssignment,
     /// Where it comes from.
     pub basis: RobustBasis,
     /// The best few assignments, if known.
+    #[serde(with = "best_if_known")]
     pub best_few: OnceCell<Vec<RuleAssignment>>,
+}
+
+/// The best few assignments in the record of a shard: nothing where they are not known.
+mod best_if_known {
+    use crate::dispatch::RuleAssignment;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+    use std::cell::OnceCell;
+
+    pub(super) fn serialize<S: Serializer>(
+        best: &OnceCell<Vec<RuleAssignment>>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        best.get().serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<OnceCell<Vec<RuleAssignment>>, D::Error> {
+        let best = Option::<Vec<RuleAssignment>>::deserialize(deserializer)?;
+        Ok(best.map_or_else(OnceCell::new, OnceCell::from))
+    }
 }
 
 impl RobustGt {

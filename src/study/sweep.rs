@@ -2,6 +2,7 @@
 //! detections.
 
 use super::blueprint::policy_distance;
+use super::inputs::{check_same_training, check_strategies, patterns_hash};
 use super::notes::{Note, RobustNote, RobustScope, condition_notes, detection_notes};
 use super::part::PartProgress;
 use super::patterns::with_detection_draws;
@@ -11,13 +12,16 @@ use super::tuning::{RIVAL, TunedRival, tune, tuning_set};
 use super::values::{self, LineAt};
 use crate::error::{Error, Result, shown};
 use crate::experiment::{
-    Axis, Method, Setting, Sweep, ThresholdChoices, choose_thresholds, sweep_settings,
+    Axis, Method, Setting, Sweep, ThresholdChoices, choose_thresholds, sweep_in_shard,
+    sweep_settings,
 };
+use crate::files;
 use crate::optimize::Environment;
 use crate::pattern::{PatternSet, PatternSource, Recipe};
 use crate::planning::Allowance;
+use crate::shards::{Ledger, Shard};
 use crate::sim::Conditions;
-use crate::station::Station;
+use crate::station::{Station, station_hash};
 use crate::strategies::StrategySpec;
 use std::sync::Arc;
 
@@ -160,18 +164,12 @@ impl<'a> SweepStudy<'a> {
     pub fn run(&self, environment: &Environment) -> Result<Swept> {
         let conditions = self.conditions.with_seed(self.recipe.seed);
         let patterns = &self.set.patterns;
+        self.check_inputs(environment)?;
+        if let Some(shard) = environment.ledger.shard() {
+            return self.run_shard(shard, &conditions, environment);
+        }
         let (settings, trained) = match self.options.own.values.axis {
-            Axis::Speed => {
-                let own = LineAt {
-                    value: self.station.belt().speed,
-                    station: self.station.clone(),
-                    min_detection: None,
-                };
-                let (own, trained) = self.settings(&[own], environment)?;
-                let (options, own) = (&self.options.own.values, &own[0]);
-                let settings = values::speeds(options, own, patterns, &conditions, environment)?;
-                (settings, trained)
-            }
+            Axis::Speed => self.speeds(&conditions, environment)?,
             _ => self.settings(&self.lines, environment)?,
         };
         let mut notes = trained;
@@ -198,6 +196,83 @@ impl<'a> SweepStudy<'a> {
         })
     }
 
+    /// The line at every belt speed, with the methods of its own speed.
+    fn speeds(
+        &self,
+        conditions: &Conditions,
+        environment: &Environment,
+    ) -> Result<(Vec<Setting>, Vec<Note>)> {
+        let own = LineAt {
+            value: self.station.belt().speed,
+            station: self.station.clone(),
+            min_detection: None,
+        };
+        let (own, trained) = self.settings(&[own], environment)?;
+        let (options, patterns) = (&self.options.own.values, &self.set.patterns);
+        let settings = values::speeds(options, &own[0], patterns, conditions, environment)?;
+        Ok((settings, trained))
+    }
+
+    /// Checks that all shards are made on the same line, patterns and policies.
+    fn check_inputs(&self, environment: &Environment) -> Result<()> {
+        let ledger = environment.ledger;
+        ledger.check_input("the station", || Ok(station_hash(self.station)))?;
+        ledger.check_input("the list of values", || {
+            let lines = self.lines.iter();
+            let lines = lines.map(|line| format!("{} {}", line.value, station_hash(&line.station)));
+            Ok(files::fingerprint(lines.collect::<Vec<_>>().join("\n")))
+        })?;
+        check_same_training(&self.options.own.methods.training, environment)?;
+        if let Some(set) = self.options.threshold_patterns() {
+            let hash = || Ok(patterns_hash(&set.patterns));
+            ledger.check_input("the patterns for thresholds", hash)?;
+        }
+        ledger.check_input("the patterns", || Ok(patterns_hash(&self.set.patterns)))?;
+        let strategies = self.strategies.iter();
+        check_strategies(strategies.map(|strategy| strategy.text()), environment)
+    }
+
+    /// Runs what `shard` owns: all methods at neighbouring values and patterns, so that it searches for
+    /// robust GT on few lines only.
+    fn run_shard(
+        &self,
+        shard: Shard,
+        conditions: &Conditions,
+        environment: &Environment,
+    ) -> Result<Swept> {
+        let patterns = &self.set.patterns;
+        let each = patterns.len();
+        let fast = match self.options.own.values.axis {
+            Axis::Speed => Some(self.speeds(conditions, environment)?.0),
+            _ => None,
+        };
+        let count = fast.as_ref().map_or(self.lines.len(), Vec::len);
+        let own = shard.neighbours(count * each);
+        for place in 0..count {
+            let first = place * each;
+            let (from, to) = (own.start.max(first), own.end.min(first + each));
+            if from >= to {
+                continue;
+            }
+            let searched;
+            let setting = match &fast {
+                Some(settings) => &settings[place],
+                None => {
+                    searched = self.settings(&self.lines[place..=place], environment)?.0;
+                    &searched[0]
+                }
+            };
+            let value = format!("sweeping {}", setting.value);
+            environment
+                .progress
+                .begin(&value, (to - from) as u64, "patterns");
+            let own = (&patterns[..], from - first..to - first);
+            sweep_in_shard(setting, own, conditions, self.options.bound, environment)?;
+            environment.progress.end();
+        }
+        Err(Error::sharded())
+    }
+
     /// The thresholds of detections for the wanted purity, chosen on training patterns; `None` if
     /// they are not asked for or the user stops the work. `fresh` is the sweep of `settings` on the
     /// scored patterns.
@@ -216,6 +291,8 @@ impl<'a> SweepStudy<'a> {
         };
         let environment = Environment {
             progress: &within,
+            // The units of the ledger are those of the scored patterns.
+            ledger: Ledger::PLAIN,
             ..*environment
         };
         let line = self.search(self.station, &environment);
@@ -286,11 +363,15 @@ impl<'a> SweepStudy<'a> {
                 progress: &within,
                 ..*environment
             };
-            let robust = self.robust(line, &environment)?;
+            let ledger = environment.ledger;
+            let name = format!("robust GT at {value}");
+            let robust = ledger.shared(&name, || self.robust(line, &environment))?;
             let mut methods = self.methods(&line.station, &robust, &environment)?;
             if self.options.own.methods.tune {
-                let rival = self.rival(line, &environment)?;
-                methods.push(Method::Strategy(rival.blueprint.clone()));
+                let name = format!("{RIVAL} at {value}");
+                let rival = ledger.shared(&name, || self.rival(line, &environment))?;
+                let robots = line.station.robots().len();
+                methods.push(Method::Strategy(rival.blueprint(robots)?));
                 rivals.push((value, rival));
             }
             note = Some(Note::Robust(RobustNote {

@@ -9,6 +9,7 @@ use crate::sim::{Conditions, Scene, simulate_while};
 use crate::station::{Belt, Station};
 use crate::strategies::{Blueprint, read_alone};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// Its name among the methods.
 pub(super) const RIVAL: &str = "rival";
@@ -25,9 +26,8 @@ const PARTS: i32 = 64;
 const STEPS: [u32; 3] = [4, 2, 1];
 
 /// The best strategy that was found.
+#[derive(Serialize, Deserialize)]
 pub(super) struct TunedRival {
-    /// The strategy, called [`RIVAL`].
-    pub blueprint: Blueprint,
     /// How it is written, with its parameters.
     pub text: String,
     /// What it is, and how it compares with the others on the training patterns.
@@ -306,9 +306,18 @@ pub(super) fn tune(
     );
     Ok(TunedRival {
         text: best.name().to_owned(),
-        blueprint: best.called(RIVAL),
         remark,
     })
+}
+
+impl TunedRival {
+    /// The strategy, called [`RIVAL`], for a line of `robots` robots.
+    ///
+    /// # Errors
+    /// None, as its text was read before.
+    pub(super) fn blueprint(&self, robots: usize) -> Result<Blueprint> {
+        Ok(read_alone(&self.text, robots)?.called(RIVAL))
+    }
 }
 
 #[cfg(test)]
@@ -368,11 +377,12 @@ mod tests {
         let (station, set) = line();
         let conditions = Conditions::default();
         let environment = Environment::QUIET;
+        let robots = station.robots().len();
         let rival = tune(&station, &set, &conditions, &environment).unwrap();
         let again = tune(&station, &set, &conditions, &environment).unwrap();
         assert_eq!(rival.remark, again.remark);
-        assert_eq!(rival.blueprint.name(), RIVAL);
-        let name = rival.blueprint.make().name();
+        assert_eq!(rival.blueprint(robots).unwrap().name(), RIVAL);
+        let name = rival.blueprint(robots).unwrap().make().name();
         let begins = format!("rival is {name}, the best of what line software ships on 4 training");
         assert!(rival.remark.starts_with(&begins), "{}", rival.remark);
 
@@ -387,7 +397,7 @@ mod tests {
             runs.map(|scene| simulate(scene, make().as_mut()).unwrap().figures.picked)
                 .sum()
         };
-        let best = picked(&|| rival.blueprint.make());
+        let best = picked(&|| rival.blueprint(robots).unwrap().make());
         for start in Setting::starts(3) {
             let score = trials.score(&start).unwrap();
             let blueprint = read_alone(&start.text(station.belt()), 3).unwrap();

@@ -11,7 +11,7 @@ use std::fmt;
 use std::ops::Range;
 
 /// The steady state of one run.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct SteadyState {
     /// Its items, as indices into those of the pattern that are to be picked.
@@ -37,7 +37,7 @@ pub struct SteadyState {
 }
 
 /// A run without a steady state.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct Unsteady {
     /// Items that arrive per minute over the whole pattern [1/min]; `None` if all arrive at once.
@@ -47,7 +47,7 @@ pub struct Unsteady {
 }
 
 /// Why a run has no steady state. Displays as a sentence with the cure.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum UnsteadyReason {
     /// No item is to be picked.
     Empty {

@@ -230,6 +230,7 @@ fn searches_and_games_have_the_conditions_of_simulate() {
     let environment = Environment {
         stop: &stop,
         progress: &Silent,
+        ..Environment::QUIET
     };
     let objective = Objective::PickingRate;
     let evaluator = Evaluator::new(&station, &patterns, objective, &conditions).unwrap();

@@ -15,6 +15,7 @@ mod plausible;
 #[path = "../common/programs.rs"]
 mod programs;
 mod result_files;
+mod shards;
 #[cfg(all(
     feature = "dashboard",
     feature = "mcap",

@@ -175,6 +175,7 @@ fn whole_cases_outlive_an_interruption() {
         let environment = Environment {
             stop: &stop,
             progress: &progress,
+            ..Environment::QUIET
         };
         let draws = Draws {
             replicates: 3,
@@ -186,6 +187,7 @@ fn whole_cases_outlive_an_interruption() {
         let environment = Environment {
             stop: &stop,
             progress: &progress,
+            ..Environment::QUIET
         };
         add_bounds(&mut comparison, &station, draws, &environment)?;
         Ok::<_, Error>(comparison)
@@ -233,6 +235,7 @@ fn whole_values_outlive_an_interruption() {
         let environment = Environment {
             stop: &stop,
             progress: &progress,
+            ..Environment::QUIET
         };
         let plain = Conditions::default();
         sweep_settings(&settings, &patterns, &plain, true, &environment).unwrap()

@@ -22,6 +22,7 @@ fn run(station: &str, cases: &str, replicates: usize) -> Comparison {
     let environment = Environment {
         stop: &stop,
         progress: &Silent,
+        ..Environment::QUIET
     };
     let cases = load_cases(cases).unwrap();
     let plain = Conditions::default();

@@ -296,6 +296,7 @@ impl After {
         Environment {
             stop: &self.stop,
             progress: self,
+            ..Environment::QUIET
         }
     }
 

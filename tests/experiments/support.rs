@@ -39,6 +39,7 @@ pub fn environment() -> Environment<'static> {
     Environment {
         stop: &STOP,
         progress: &Silent,
+        ..Environment::QUIET
     }
 }
 

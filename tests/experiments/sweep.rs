@@ -40,6 +40,7 @@ fn speed_limits_are_those_of_a_brute_force_scan() {
     let environment = Environment {
         stop: &stop,
         progress: &Silent,
+        ..Environment::QUIET
     };
     let swept = sweep_settings(
         &settings,

@@ -15,6 +15,7 @@ fn imitate(rule: &str, plan: Plan) -> (Trainer, Vec<Round>) {
     let work = Work {
         stop: &stop,
         progress: &Silent,
+        ..Work::QUIET
     };
     let station = stations().remove(0);
     let mut trainer = Trainer::new(plan, vec![station], 1).unwrap();

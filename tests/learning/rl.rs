@@ -268,6 +268,7 @@ fn training_goes_on_to_the_bit_from_a_checkpoint_on_any_number_of_threads() {
     let work = Work {
         stop: &stop,
         progress: &Silent,
+        ..Work::QUIET
     };
     let mut on_a_set = small();
     let domain = on_a_set.domain.with_items((12, 12)).with_curriculum(0.0);

@@ -18,6 +18,7 @@ fn payoffs_are_mean_rates() {
     let environment = Environment {
         stop: &stop,
         progress: &Silent,
+        ..Environment::QUIET
     };
     let play = |kind| {
         LineGame::new(
@@ -77,6 +78,7 @@ fn gains_are_paired_over_the_patterns() {
     let environment = Environment {
         stop: &stop,
         progress: &Silent,
+        ..Environment::QUIET
     };
     // Own rates of both robots on each pattern, by profile.
     let rates: Vec<[[f64; 2]; 3]> = RuleAssignment::all(2)
@@ -125,6 +127,7 @@ fn gains_are_paired_over_the_patterns() {
     let environment = Environment {
         stop: &stopped,
         progress: &Silent,
+        ..Environment::QUIET
     };
     let kind = PayoffKind::Own;
     let told = LineGame::new(&station, &patterns, kind, &conditions, &environment).unwrap_err();
@@ -142,6 +145,7 @@ fn any_of_the_best_assignments_may_be_an_equilibrium() {
     let environment = Environment {
         stop: &stop,
         progress: &Silent,
+        ..Environment::QUIET
     };
     let (kind, plain) = (PayoffKind::Own, Conditions::default());
     let mut line = LineGame::new(&station, &patterns, kind, &plain, &environment).unwrap();

@@ -22,6 +22,7 @@ fn search(station: &Station, patterns: &[Pattern], objective: Objective, how: &S
     let environment = Environment {
         stop: &stop,
         progress: &Silent,
+        ..Environment::QUIET
     };
     let evaluator = Evaluator::new(station, patterns, objective, &Conditions::default()).unwrap();
     find_optimum(&evaluator, how, &environment).unwrap()
@@ -222,6 +223,7 @@ fn a_long_line_reports_how_far_a_start_is() {
     let environment = Environment {
         stop: &stop,
         progress: &told,
+        ..Environment::QUIET
     };
     let how = both_methods().with_kind(SearchKind::Grasp).with_scan(None);
     let optimum = find_optimum(&evaluator, &how, &environment).unwrap();

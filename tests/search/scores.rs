@@ -22,6 +22,7 @@ pub fn environment(stop: &dyn Stop) -> Environment<'_> {
     Environment {
         stop,
         progress: &Silent,
+        ..Environment::QUIET
     }
 }
 
@@ -668,6 +669,7 @@ fn progress_comes_to_the_end_of_every_stage() {
     let environment = Environment {
         stop: &GO_ON,
         progress: &stages,
+        ..Environment::QUIET
     };
     let how = enumeration()
         .with_kind(SearchKind::Both)

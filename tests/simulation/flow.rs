@@ -38,6 +38,7 @@ fn swept(stations: Vec<(f64, Station)>, patterns: &[Pattern]) -> Sweep {
     let environment = Environment {
         stop: &stop,
         progress: &Silent,
+        ..Environment::QUIET
     };
     let conditions = Conditions::default();
     sweep_settings(&settings, patterns, &conditions, false, &environment).unwrap()

@@ -98,6 +98,7 @@ fn a_further_robot_is_worth_its_own_capacity() {
     let environment = Environment {
         stop: &stop,
         progress: &Silent,
+        ..Environment::QUIET
     };
     let swept = sweep_settings(
         &settings,

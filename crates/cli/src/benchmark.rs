@@ -69,6 +69,7 @@ impl BenchmarkPlan {
         let environment = Environment {
             stop: session.stop(),
             progress: &bar,
+            ledger: session.ledger(),
         };
         let result = self.common.on_threads(|| study.run(&environment))?;
         let set = format!(
@@ -78,6 +79,7 @@ impl BenchmarkPlan {
         );
         let stations = study.instances().iter().map(|instance| &instance.station);
         let made = Provenance::of_stations(&session.command(), &set, stations, self.common.seed);
+        let made = made.without(session.missing_shards());
         let made = made.of_parts(result.entries.len(), study.planned(), "runs");
         let report = BenchmarkReport::new(study.instances(), &result, made);
         let delivered = self

@@ -87,6 +87,7 @@ impl BoundPlan {
         let environment = Environment {
             stop: session.stop(),
             progress: &bar,
+            ..Environment::QUIET
         };
         let found = study.run(&environment)?;
         let made = Provenance::new(

@@ -165,6 +165,7 @@ impl ComparePlan {
         let environment = Environment {
             stop: session.stop(),
             progress: &bar,
+            ledger: session.ledger(),
         };
         let compared = self.common.on_threads(|| study.run(&environment))?;
         let scored = format!(
@@ -175,7 +176,8 @@ impl ComparePlan {
         );
         let (command, seed) = (session.command(), self.common.seed);
         let made = Provenance::new(&command, &self.choice.station, &self.station, &scored, seed)
-            .under(&self.conditions);
+            .under(&self.conditions)
+            .without(session.missing_shards());
         let paper_cases = matches!(self.cases_name.as_str(), "paper" | "all");
         let with_paper = self.with_paper && paper_cases;
         Ok(ComparisonReport::of_study(

@@ -103,7 +103,7 @@ mod tests {
 
     /// Settings that are no option of a struct: arguments of functions, variants of an enum, fields
     /// of `Timeouts`, and what chooses among files and functions.
-    const ARGUMENTS: [&str; 19] = [
+    const ARGUMENTS: [&str; 21] = [
         "belt_timeout",
         "cases",
         "chart",
@@ -114,10 +114,12 @@ mod tests {
         "imitate",
         "listen",
         "out",
+        "partial",
         "preset",
         "radius",
         "record",
         "robot_timeout",
+        "shard",
         "robust",
         "station",
         "svg",

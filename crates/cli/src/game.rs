@@ -127,6 +127,7 @@ impl GamePlan {
         let environment = Environment {
             stop: session.stop(),
             progress: &bar,
+            ..Environment::QUIET
         };
         let game = study.run(&environment)?;
         let made = Provenance::new(

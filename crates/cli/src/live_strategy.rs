@@ -41,6 +41,7 @@ pub(crate) fn live_strategy(
     let environment = Environment {
         stop: session.stop(),
         progress: &bar,
+        ..Environment::QUIET
     };
     on_threads(None, || {
         study::blueprint(strategy, station, options, &environment)

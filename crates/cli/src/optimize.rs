@@ -7,6 +7,7 @@ use super::progress::Bar;
 use super::save::SaveTarget;
 use super::session::Session;
 use super::settings::parse_strategy;
+use super::shards;
 use pickline::error::{Result, counted};
 use pickline::optimize::{Environment, Grasp, Objective, Risk, SearchKind, SpeedScan};
 use pickline::plausible::SPEED_STEP;
@@ -18,10 +19,7 @@ use pickline_report::{ChartKind, OptimumReport, Provenance, VerbReport};
 
 pub(crate) fn run(args: OptimizeArgs, session: &Session) -> Result<()> {
     session.catch_interrupts();
-    match args.race.race {
-        Some(delta) => args.resolve_race(delta)?.run(session),
-        None => args.resolve()?.run(session),
-    }
+    args.resolve()?.run(session)
 }
 
 /// A resolved call.
@@ -42,6 +40,10 @@ struct OptimizePlan {
 impl OptimizeArgs {
     fn resolve(self) -> Result<OptimizePlan> {
         self.common.check()?;
+        if self.limits.time_limit.is_some() {
+            let why = "as the same time gives other results on other machines";
+            shards::refuse(&self.shards, "--time-limit", why)?;
+        }
         let chart = pictures::checked::<OptimumReport>(&self.pictures)?;
         let save = self.save.as_ref();
         let save = save.map(|file| SaveTarget::new(&self.station, file.as_deref()));
@@ -151,12 +153,14 @@ impl OptimizePlan {
         let environment = Environment {
             stop: session.stop(),
             progress: &bar,
+            ledger: session.ledger(),
         };
         let optimized = study.run(&environment)?;
         let (command, seed) = (session.command(), self.common.seed);
         let (name, station) = (&self.choice.station, &self.station);
         let made = Provenance::new(&command, name, station, &set.description, seed);
         let made = made.under(&self.conditions);
+        let made = made.without(session.missing_shards());
         Ok(OptimumReport::of_study(
             &optimized,
             self.objective,

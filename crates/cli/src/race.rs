@@ -5,6 +5,7 @@ use super::outputs::{Outputs, WHOLE};
 use super::progress::Bar;
 use super::save::SaveTarget;
 use super::session::Session;
+use super::shards;
 use pickline::error::{Result, counted};
 use pickline::optimize::{Environment, Objective, SpeedScan};
 use pickline::plausible::SPEED_STEP;
@@ -13,8 +14,13 @@ use pickline::station::Station;
 use pickline::study::{RaceOptions, RaceStudy};
 use pickline_report::{Provenance, RaceReport};
 
+pub(crate) fn run(args: OptimizeArgs, delta: f64, session: &Session) -> Result<()> {
+    session.catch_interrupts();
+    args.resolve_race(delta)?.run(session)
+}
+
 /// A resolved call.
-pub(crate) struct RacePlan {
+struct RacePlan {
     common: Common,
     choice: StationChoice,
     station: Station,
@@ -28,8 +34,10 @@ pub(crate) struct RacePlan {
 
 impl OptimizeArgs {
     /// The race for differences from `delta` on.
-    pub(crate) fn resolve_race(self, delta: f64) -> Result<RacePlan> {
+    fn resolve_race(self, delta: f64) -> Result<RacePlan> {
         self.common.check()?;
+        let why = "in which each batch of patterns depends on those before";
+        shards::refuse(&self.shards, "--race", why)?;
         let save = self.save.as_ref();
         let save = save.map(|file| SaveTarget::new(&self.station, file.as_deref()));
         let save = save.transpose()?;
@@ -68,7 +76,7 @@ impl OptimizeArgs {
 }
 
 impl RacePlan {
-    pub(crate) fn run(&self, session: &Session) -> Result<()> {
+    fn run(&self, session: &Session) -> Result<()> {
         let report = self.common.on_threads(|| self.report(session))?;
         let shown = WHOLE.with_top(self.top);
         self.common
@@ -93,6 +101,7 @@ impl RacePlan {
         let environment = Environment {
             stop: session.stop(),
             progress: &bar,
+            ..Environment::QUIET
         };
         let raced = study.run(&environment)?;
         let (command, seed) = (session.command(), self.common.seed);

@@ -7,6 +7,7 @@ use super::pictures;
 use super::progress::Bar;
 use super::session::Session;
 use super::settings::parse_strategy;
+use super::shards;
 use pickline::error::{Error, Result};
 use pickline::experiment::ROBOTS_DOWN;
 use pickline::optimize::Environment;
@@ -58,6 +59,8 @@ impl SweepArgs {
     /// Refuses the ends and the step of a range, as robots are halted one by one, and what asks for
     /// the purity of bins, which is not reported.
     fn check_flags(&self) -> Result<()> {
+        let halted = format!("--sweep {ROBOTS_DOWN}");
+        shards::refuse(&self.shards, &halted, "which is not split")?;
         let given = [
             ("--from", self.from.is_some()),
             ("--to", self.to.is_some()),
@@ -119,6 +122,7 @@ impl RobotsDownPlan {
         let environment = Environment {
             stop: session.stop(),
             progress: &bar,
+            ..Environment::QUIET
         };
         let found = self.common.on_threads(|| study.run(&environment))?;
         let (command, scored) = (session.command(), &study.set().description);

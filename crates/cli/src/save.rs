@@ -86,6 +86,10 @@ impl SaveTarget {
             common.remark("nothing is saved because the search was interrupted");
             return Ok(());
         }
+        if session.missing_shards().is_some() {
+            common.remark("nothing is saved because shards are missing");
+            return Ok(());
+        }
         let saved = self.write(station, &format!("rules:{}", best.join(",")))?;
         common.remark(&saved);
         Ok(())

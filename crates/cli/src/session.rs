@@ -3,6 +3,7 @@
 use super::log::{Log, LogLevel};
 use pickline::error::{Error, Result};
 use pickline::files;
+use pickline::shards::Ledger;
 use std::io::{ErrorKind, Write as _};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,14 +14,25 @@ pub(crate) struct Session {
     arguments: Vec<String>,
     /// Whether another program runs this one, so that the executable is not pickline's.
     hosted: bool,
+    /// Whether signals of the process are for others.
+    unattended: bool,
     stop: Arc<AtomicBool>,
     /// Where errors are written while a line runs.
     log: OnceLock<Arc<Log>>,
+    /// The units of a call that is made in shards.
+    ledger: OnceLock<Ledger>,
+    /// Which shards are missing, if some are.
+    without: Option<String>,
 }
+
+/// Flags that make a call a shard, and that they take a value.
+const SHARD: [(&str, bool); 2] = [("--shard", true), ("--shard-dir", true)];
 
 /// Flags that cannot change a result, and whether they take a value. They are omitted from
 /// the recorded command line.
-const WITHOUT_EFFECT: [(&str, bool); 17] = [
+const WITHOUT_EFFECT: [(&str, bool); 19] = [
+    SHARD[0],
+    SHARD[1],
     ("--threads", true),
     ("--format", true),
     ("--out", true),
@@ -46,15 +58,57 @@ impl Session {
         Self {
             arguments,
             hosted: false,
+            unattended: false,
             stop: Arc::default(),
             log: OnceLock::new(),
+            ledger: OnceLock::new(),
+            without: None,
         }
+    }
+
+    /// The session of another call with these arguments, which Ctrl-C stops as this one.
+    /// `without` says which of its shards are missing.
+    pub(crate) fn of_call(&self, arguments: Vec<String>, without: Option<String>) -> Self {
+        Self {
+            hosted: self.hosted,
+            without,
+            stop: Arc::clone(&self.stop),
+            ..Self::new(arguments)
+        }
+    }
+
+    /// Makes studies take the units of their work from `ledger`.
+    ///
+    /// # Errors
+    /// None, as a call has one ledger.
+    pub(crate) fn set_ledger(&self, ledger: Ledger) -> Result<()> {
+        let set = self.ledger.set(ledger);
+        set.map_err(|_| Error::internal("a call has two ledgers"))
+    }
+
+    /// Which shards are missing, if some are.
+    pub(crate) fn missing_shards(&self) -> Option<&str> {
+        self.without.as_deref()
+    }
+
+    /// The units of the call's work.
+    pub(crate) fn ledger(&self) -> &Ledger {
+        self.ledger.get().unwrap_or(Ledger::PLAIN)
     }
 
     /// The session of a call from another program.
     pub(crate) fn hosted(self) -> Self {
         Self {
             hosted: true,
+            ..self
+        }
+    }
+
+    /// The session of a call that leaves the signals of its process alone.
+    pub(crate) fn unattended(self) -> Self {
+        Self {
+            hosted: true,
+            unattended: true,
             ..self
         }
     }
@@ -67,6 +121,9 @@ impl Session {
     /// Makes Ctrl-C ask the work to stop with the best result so far; pressing it again
     /// exits the program.
     pub(crate) fn catch_interrupts(&self) {
+        if self.unattended {
+            return;
+        }
         let stop = Arc::clone(&self.stop);
         let handler = move || {
             if !stop.swap(true, Ordering::Relaxed) {
@@ -104,23 +161,39 @@ impl Session {
 
     /// The command line, as recorded in results.
     pub(crate) fn command(&self) -> String {
-        let mut words = vec!["pickline".to_owned()];
+        let words = self.without(&WITHOUT_EFFECT);
+        let words = words.into_iter().map(quoted);
+        let words: Vec<String> = std::iter::once("pickline".to_owned())
+            .chain(words)
+            .collect();
+        words.join(" ")
+    }
+
+    /// The arguments of the call that this one is a shard of.
+    pub(crate) fn arguments_without_shard(&self) -> Vec<String> {
+        let words = self.without(&SHARD);
+        words.into_iter().map(str::to_owned).collect()
+    }
+
+    /// The arguments without `flags`, of which each says whether it takes a value.
+    fn without(&self, flags: &[(&str, bool)]) -> Vec<&str> {
+        let mut words = Vec::new();
         let mut arguments = self.arguments.iter();
         while let Some(argument) = arguments.next() {
             let (name, joined) = match argument.split_once('=') {
                 Some((name, _)) => (name, true),
                 None => (argument.as_str(), false),
             };
-            match WITHOUT_EFFECT.iter().find(|(flag, _)| *flag == name) {
+            match flags.iter().find(|(flag, _)| *flag == name) {
                 Some((_, takes_value)) => {
                     if *takes_value && !joined {
                         arguments.next();
                     }
                 }
-                None => words.push(quoted(argument)),
+                None => words.push(argument.as_str()),
             }
         }
-        words.join(" ")
+        words
     }
 
     /// Writes `content` to stdout. A closed pipe is not an error.

@@ -122,6 +122,7 @@ impl SimulatePlan {
         let environment = Environment {
             stop: session.stop(),
             progress: &bar,
+            ..Environment::QUIET
         };
         let blueprint = self.put_strategy(&environment)?;
         let (station, pattern) = (&self.station, &self.pattern);

@@ -156,12 +156,14 @@ impl SweepPlan {
         let environment = Environment {
             stop: session.stop(),
             progress: &bar,
+            ledger: session.ledger(),
         };
         let swept = self.common.on_threads(|| study.run(&environment))?;
         let (command, scored) = (session.command(), &study.set().description);
         let (name, seed) = (&self.choice.station, self.common.seed);
         let made =
             Provenance::new(&command, name, &self.station, scored, seed).under(&self.conditions);
+        let made = made.without(session.missing_shards());
         let with_paper = study.is_papers_case();
         Ok(SweepReport::of_study(
             &swept, self.axis, with_paper, &WHOLE, made,

@@ -154,6 +154,7 @@ impl TrainPlan {
         let environment = Environment {
             stop: session.stop(),
             progress: &bar,
+            ..Environment::QUIET
         };
         let (first, trained) = on_threads(threads, || {
             let study = TrainStudy::new(options)?;

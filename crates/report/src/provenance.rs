@@ -87,6 +87,13 @@ impl Provenance {
         self
     }
 
+    /// The same for a result without a part of its work, if `without` says which.
+    #[must_use]
+    pub fn without(mut self, without: Option<&str>) -> Self {
+        self.partial = without.map(str::to_owned).or(self.partial);
+        self
+    }
+
     /// The same for a result under `conditions`.
     pub fn under(self, conditions: &Conditions) -> Self {
         self.under_facts(conditions.describe())

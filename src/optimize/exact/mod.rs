@@ -30,7 +30,7 @@ const BLOCK: usize = 24;
 const REPORTED: usize = 2;
 
 /// How far it is proven that an assignment is best.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct Proof {
     /// No assignment scores higher than this, in the unit of the objective.

@@ -18,6 +18,7 @@ mod run;
 mod runs;
 mod searches;
 mod settings;
+mod shards;
 mod station;
 mod transport;
 mod verification;
@@ -45,7 +46,7 @@ const fn row(verbs: &'static [&'static str], option: &'static str, holds: fn(&Ri
 }
 
 /// The rows of this folder.
-const ROWS: [&[Row]; 14] = [
+const ROWS: [&[Row]; 15] = [
     settings::ROWS,
     station::ROWS,
     conditions::ROWS,
@@ -60,6 +61,7 @@ const ROWS: [&[Row]; 14] = [
     transport::ROWS,
     verification::ROWS,
     benchmark::ROWS,
+    shards::ROWS,
 ];
 
 /// Options that are taken for the sake of others and change nothing: the unit names its place as

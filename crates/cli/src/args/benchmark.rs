@@ -1,5 +1,6 @@
 //! The arguments of `pickline benchmark`.
 
+use super::shards::ShardArgs;
 use super::shared::{Common, strategy_help};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
@@ -75,6 +76,8 @@ pub(crate) struct BenchmarkArgs {
         help_heading = "Contributing"
     )]
     pub by: Option<String>,
+    #[command(flatten)]
+    pub shards: ShardArgs,
 }
 
 /// What strategies know.

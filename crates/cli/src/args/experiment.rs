@@ -1,6 +1,7 @@
 //! The arguments of `pickline compare` and `pickline sweep`.
 
 use super::conditions::{ConditionArgs, DetectionArgs, OutageArgs};
+use super::shards::ShardArgs;
 use super::shared::{AttributeArgs, Common, FeedArgs, Pictures, StationChoice, strategy_help};
 use clap::Args;
 
@@ -89,6 +90,8 @@ pub(crate) struct CompareArgs {
     /// Also print the paper's results, and find robust GT on its balanced set
     #[arg(long)]
     pub paper: bool,
+    #[command(flatten)]
+    pub shards: ShardArgs,
     #[command(flatten)]
     pub pictures: Pictures,
 }
@@ -198,6 +201,8 @@ pub(crate) struct SweepArgs {
     pub no_bound: bool,
     #[command(flatten)]
     pub training: TrainingArgs,
+    #[command(flatten)]
+    pub shards: ShardArgs,
     #[command(flatten)]
     pub pictures: Pictures,
 }

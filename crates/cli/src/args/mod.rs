@@ -14,6 +14,7 @@ mod pattern;
 #[cfg(feature = "ros2")]
 mod ros2;
 mod service;
+mod shards;
 mod shared;
 mod simulate;
 mod station;
@@ -40,6 +41,7 @@ pub(crate) use pattern::{
 #[cfg(feature = "ros2")]
 pub(crate) use ros2::Ros2Args;
 pub(crate) use service::{ManArgs, PlaceArgs, ServiceArgs, ServiceCommand};
+pub(crate) use shards::{MergeArgs, ShardArgs};
 pub(crate) use shared::{
     AttributeArgs, Common, FeedArgs, OutputFormat, PatternSetArgs, Pictures, StationChoice,
 };
@@ -79,6 +81,7 @@ pub(crate) enum Command {
     Game(Box<GameArgs>),
     Bound(Box<BoundArgs>),
     Benchmark(Box<BenchmarkArgs>),
+    Merge(MergeArgs),
     Simulate(Box<SimulateArgs>),
     Check(Box<CheckArgs>),
     #[cfg(feature = "onnx")]

@@ -1,6 +1,7 @@
 //! The arguments of `pickline optimize`.
 
 use super::conditions::ConditionArgs;
+use super::shards::ShardArgs;
 use super::shared::{Common, PatternSetArgs, Pictures, StationChoice, strategy_help};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
@@ -127,6 +128,8 @@ pub(crate) struct OptimizeArgs {
     pub top: usize,
     #[command(flatten)]
     pub pictures: Pictures,
+    #[command(flatten)]
+    pub shards: ShardArgs,
 }
 
 /// Limits on the length of a search.

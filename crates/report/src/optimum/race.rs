@@ -7,7 +7,7 @@ use crate::presentation::Presentation;
 use crate::provenance::Provenance;
 use crate::table::fixed;
 use crate::verb_report::{ResultFile, VerbReport};
-use pickline::error::counted;
+use pickline::error::{counted, shown_number};
 use pickline::optimize::Objective;
 use pickline::study::{RaceStop, Raced, Racer};
 use serde::Serialize;
@@ -195,7 +195,11 @@ impl RaceReport {
 
     /// The indifference zone with its unit.
     fn zone(&self) -> String {
-        format!("{}{}", self.delta, self.format().spaced_unit())
+        format!(
+            "{}{}",
+            shown_number(self.delta),
+            self.format().bracketed_unit()
+        )
     }
 
     /// What is known of the best, and how surely.
