@@ -223,7 +223,12 @@ impl<'a> SweepStudy<'a> {
             Ok(files::fingerprint(lines.collect::<Vec<_>>().join("\n")))
         })?;
         check_same_training(&self.options.own.methods.training, environment)?;
-        if let Some(set) = self.options.threshold_patterns() {
+        let wanted = self
+            .options
+            .own
+            .purity
+            .and(self.options.threshold_patterns());
+        if let Some(set) = wanted {
             let hash = || Ok(patterns_hash(&set.patterns));
             ledger.check_input("the patterns for thresholds", hash)?;
         }

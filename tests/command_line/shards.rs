@@ -238,7 +238,10 @@ fn shards_that_do_not_belong_together_are_refused() {
             good.replace("\"version\":1", "\"version\":2"),
             "was written by version 2 of the",
         ),
-        (good.replacen("\"end\":1", "\"end\":2", 1), "is damaged"),
+        (
+            good.replacen("\"items\":25", "\"items\":26", 1),
+            "is damaged",
+        ),
         (
             good.replace("\"--replicates\"", "\"--replicas\""),
             "is damaged",

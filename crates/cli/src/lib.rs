@@ -82,42 +82,6 @@ pub fn call_hosted(words: &[OsString]) -> u8 {
     call(words, Session::hosted)
 }
 
-/// Runs one shard of a call (`--shard I/N`) as a part of another program: prints nothing, and leaves the
-/// signals of the process alone. `words` are as for [`call_hosted`].
-///
-/// # Errors
-/// What the program would have printed as its error.
-pub fn make_shard(words: &[OsString]) -> Result<()> {
-    let mut cli = Cli::try_parse_from(words).map_err(|error| {
-        let problem = error.to_string();
-        let problem = problem.trim_start_matches("error: ").trim_end();
-        Error::usage("the arguments", problem, "see `pickline --help`")
-    })?;
-    let parts = match &mut cli.command {
-        Command::Compare(args) => Some((&args.shards, &mut args.common)),
-        Command::Sweep(args) => Some((&args.shards, &mut args.common)),
-        Command::Optimize(args) => Some((&args.shards, &mut args.common)),
-        Command::Benchmark(args) => Some((&args.shards, &mut args.common)),
-        _ => None,
-    };
-    let mut is_shard = false;
-    if let Some((parts, common)) = parts {
-        common.quiet = true;
-        is_shard = parts.shard.is_some();
-    }
-    if !is_shard {
-        return Err(Error::usage(
-            "the arguments",
-            "they are not those of a shard",
-            "give one of optimize, compare, sweep and benchmark, with --shard",
-        ));
-    }
-    let arguments = words.iter().skip(1);
-    let arguments = arguments.map(|word| word.to_string_lossy().into_owned());
-    let session = Session::new(arguments.collect()).unattended();
-    run(cli.command, &session).map_err(|error| error.spell_settings(flags::flag))
-}
-
 /// Parses the command line, runs the verb in the session that `prepare` makes of a new one, and
 /// reports an error once.
 fn call(words: &[OsString], prepare: impl FnOnce(Session) -> Session) -> u8 {

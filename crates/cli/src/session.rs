@@ -14,8 +14,6 @@ pub(crate) struct Session {
     arguments: Vec<String>,
     /// Whether another program runs this one, so that the executable is not pickline's.
     hosted: bool,
-    /// Whether signals of the process are for others.
-    unattended: bool,
     stop: Arc<AtomicBool>,
     /// Where errors are written while a line runs.
     log: OnceLock<Arc<Log>>,
@@ -58,7 +56,6 @@ impl Session {
         Self {
             arguments,
             hosted: false,
-            unattended: false,
             stop: Arc::default(),
             log: OnceLock::new(),
             ledger: OnceLock::new(),
@@ -104,15 +101,6 @@ impl Session {
         }
     }
 
-    /// The session of a call that leaves the signals of its process alone.
-    pub(crate) fn unattended(self) -> Self {
-        Self {
-            hosted: true,
-            unattended: true,
-            ..self
-        }
-    }
-
     /// Whether another program made the call.
     pub(crate) fn is_hosted(&self) -> bool {
         self.hosted
@@ -121,9 +109,6 @@ impl Session {
     /// Makes Ctrl-C ask the work to stop with the best result so far; pressing it again
     /// exits the program.
     pub(crate) fn catch_interrupts(&self) {
-        if self.unattended {
-            return;
-        }
         let stop = Arc::clone(&self.stop);
         let handler = move || {
             if !stop.swap(true, Ordering::Relaxed) {
