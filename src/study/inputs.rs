@@ -33,8 +33,8 @@ pub(super) fn check_same_training(
     }
 }
 
-/// Checks that the strategies, some of which a station file may name, and the policy files that they name are the same in all
-/// shards.
+/// Checks that all shards use the same strategies, of which a station file may name one, and the same
+/// policy files.
 ///
 /// # Errors
 /// A file that cannot be read, or is another one.
