@@ -402,6 +402,9 @@ def import_mot(
     measured in words, and warnings.
     """
 
+def make_shard(words: list[str]) -> None:
+    """Make one shard of a call, in a process that has other work too; raises what the program would print."""
+
 def program(words: list[str]) -> int:
     """Run the program with these words, of which the first is its name; returns its exit code."""
 

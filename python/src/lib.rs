@@ -60,5 +60,6 @@ fn _pickline(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(tracks::import_mot, module)?)?;
     #[cfg(debug_assertions)]
     module.add_function(wrap_pyfunction!(defect::_panic, module)?)?;
+    module.add_function(wrap_pyfunction!(program::make_shard, module)?)?;
     module.add_function(wrap_pyfunction!(program::program, module)?)
 }

@@ -238,9 +238,8 @@ impl<'a> BenchmarkStudy<'a> {
         let ledger = environment.ledger;
         self.check_inputs(environment)?;
         let count = self.entrants.len();
-        let shard = ledger.shard();
-        let owned = |place: &usize| shard.is_none_or(|shard| shard.owns(*place));
-        let pairs: Vec<usize> = (0..self.planned()).filter(owned).collect();
+        let pairs = (0..self.planned()).filter(|place| ledger.owns(*place));
+        let pairs: Vec<usize> = pairs.collect();
         let made = pairs.iter().filter(|place| ledger.makes("runs", **place));
         let lines = self.put_strategies(made.map(|place| place / count), environment)?;
         let progress = environment.progress;
@@ -264,7 +263,7 @@ impl<'a> BenchmarkStudy<'a> {
             pairs.par_iter().with_max_len(1).map(one).collect();
         progress.end();
         let entries = entries?;
-        if shard.is_some() {
+        if ledger.shard().is_some() {
             // A shard is whole or not at all.
             return Err(match entries.iter().all(Option::is_some) {
                 true => Error::sharded(),

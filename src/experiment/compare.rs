@@ -100,12 +100,11 @@ pub fn compare_in_shard(
     let Environment {
         progress, ledger, ..
     } = environment;
-    let shard = ledger.shard();
     let mut own = Vec::new();
     let mut unit = 0;
     for case in cases {
         for (place, (seed, pattern)) in draws.patterns(case, station)?.into_iter().enumerate() {
-            if shard.is_none_or(|shard| shard.owns(unit)) {
+            if ledger.owns(unit) {
                 own.push((case, place, seed, pattern));
             }
             unit += 1;

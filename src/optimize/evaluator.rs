@@ -221,7 +221,6 @@ impl<'a> Evaluator<'a> {
         environment: &Environment,
     ) -> Result<Evaluation> {
         let ledger = environment.ledger;
-        let shard = ledger.shard();
         let tree = AssignmentTree::new(assignments);
         let before = self.runs();
         let on_place = |&place: &usize| {
@@ -239,11 +238,11 @@ impl<'a> Evaluator<'a> {
                 made => made.map(|values| Some((place, values?))).transpose(),
             }
         };
-        let owned = |place: &&usize| shard.is_none_or(|shard| shard.owns(**place));
-        let own: Vec<usize> = self.order.iter().filter(owned).copied().collect();
+        let own = self.order.iter().copied();
+        let own: Vec<usize> = own.filter(|&place| ledger.owns(place)).collect();
         let done = own.par_iter().filter_map(on_place);
         let done: Vec<(usize, OnPattern)> = done.collect::<Result<_>>()?;
-        if shard.is_some() {
+        if ledger.shard().is_some() {
             return Err(match done.len() == own.len() {
                 true => Error::sharded(),
                 false => Error::interrupted(),
@@ -346,12 +345,8 @@ impl<'a> Evaluator<'a> {
         };
         let name = format!("runs of {}", strategy.name());
         let ledger = environment.ledger;
-        let on_place = |(place, scene): (usize, &Scene)| {
-            if ledger.shard().is_some_and(|shard| !shard.owns(place)) {
-                return Ok(None);
-            }
-            ledger.unit(&name, place, || on_pattern(scene))
-        };
+        let on_place =
+            |(place, scene): (usize, &Scene)| ledger.own_unit(&name, place, || on_pattern(scene));
         let runs = self.scenes.par_iter().enumerate().map(on_place);
         let runs: Vec<Option<(f64, f64)>> = match runs.collect::<Result<_>>() {
             Err(error) if error.is_interrupted() => return Ok(None),

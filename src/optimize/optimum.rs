@@ -73,7 +73,6 @@ fn find_by(
     };
     let within = Environment {
         stop: &deadline,
-        progress: environment.progress,
         ..*environment
     };
     let most = max_runs.unwrap_or(u64::MAX);

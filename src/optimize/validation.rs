@@ -193,10 +193,7 @@ fn certify(
     let places = patterns.par_iter().enumerate();
     let ledger = environment.ledger;
     let bounded = places.zip(shares).map(|((place, pattern), share)| {
-        if ledger.shard().is_some_and(|shard| !shard.owns(place)) {
-            return Ok(None);
-        }
-        let bound = ledger.unit("bounds of fresh patterns", place, || {
+        let bound = ledger.own_unit("bounds of fresh patterns", place, || {
             // A share of n items is that of a whole number of items.
             let picked = (share * pattern.len() as f64).round() as usize;
             let scene = Scene::under(station, pattern, conditions.of_place(place))?;

@@ -115,16 +115,14 @@ impl Ledger {
         }
     }
 
+    /// Whether unit `unit` is for this call: a shard makes its own units, any other call all of them.
+    pub fn owns(&self, unit: usize) -> bool {
+        self.shard().is_none_or(|shard| shard.owns(unit))
+    }
+
     /// Whether some units may be missing.
     pub fn is_partial(&self) -> bool {
         self.role == Role::Merge { partial: true }
-    }
-
-    /// What it has recorded.
-    pub fn into_recorded(self) -> Recorded {
-        self.recorded
-            .into_inner()
-            .unwrap_or_else(PoisonError::into_inner)
     }
 
     /// A copy of what it has recorded.
@@ -223,6 +221,22 @@ impl Ledger {
         of_work.insert(unit, value);
         Ok(Some(made))
     }
+
+    /// Like [`Ledger::unit`], and also `None` for a unit that the shard does not own.
+    ///
+    /// # Errors
+    /// As for [`Ledger::shared`].
+    pub fn own_unit<T: Serialize + DeserializeOwned>(
+        &self,
+        name: &str,
+        unit: usize,
+        make: impl FnOnce() -> Result<T>,
+    ) -> Result<Option<T>> {
+        match self.owns(unit) {
+            true => self.unit(name, unit, make),
+            false => Ok(None),
+        }
+    }
 }
 
 /// The error of a part of the shards in which not one `thing` is complete.
@@ -264,17 +278,18 @@ mod tests {
     #[test]
     fn what_shards_record_is_put_together() {
         let shards = (1..=3).map(|index| Shard::new(index, 3).unwrap());
+        let make = |unit: usize| unit as f64 / 7.0;
         let mut all = Recorded::default();
         for shard in shards {
             let ledger = Ledger::of_shard(shard, Recorded::default());
             ledger.check_input("the line", || Ok("a".into())).unwrap();
             assert_eq!(ledger.shared("base", || Ok(0.1)).unwrap(), 0.1);
-            for unit in (0..7).filter(|&unit| shard.owns(unit)) {
-                let made = ledger.unit("runs", unit, || Ok(unit as f64 / 7.0)).unwrap();
-                assert_eq!(made, Some(unit as f64 / 7.0));
+            for unit in 0..7 {
+                let made = ledger.own_unit("runs", unit, || Ok(make(unit))).unwrap();
+                assert_eq!(made, shard.owns(unit).then(|| make(unit)));
             }
             // As it goes through a file.
-            let text = serde_json::to_string(&ledger.into_recorded()).unwrap();
+            let text = serde_json::to_string(&ledger.recorded()).unwrap();
             all.add(serde_json::from_str(&text).unwrap()).unwrap();
         }
         assert_eq!(all.units(), 7);
@@ -283,7 +298,7 @@ mod tests {
         assert_eq!(merged.shared("base", never).unwrap(), 0.1);
         for unit in 0..7 {
             let known = merged.unit("runs", unit, never).unwrap();
-            assert_eq!(known.map(f64::to_bits), Some((unit as f64 / 7.0).to_bits()));
+            assert_eq!(known.map(f64::to_bits), Some(make(unit).to_bits()));
         }
         let other = merged.check_input("the line", || Ok("b".into()));
         let told = other.unwrap_err().to_string();

@@ -293,7 +293,6 @@ impl<'a> RaceStudy<'a> {
         };
         let within = Environment {
             stop: &deadline,
-            progress: environment.progress,
             ..*environment
         };
         let most = self.options.max_patterns / BATCH;

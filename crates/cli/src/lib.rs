@@ -82,6 +82,35 @@ pub fn call_hosted(words: &[OsString]) -> u8 {
     call(words, Session::hosted)
 }
 
+/// Runs one shard of a call (`--shard I/N`) as a part of another program: prints nothing, and leaves the
+/// signals of the process alone. `words` are as for [`call_hosted`].
+///
+/// # Errors
+/// What the program would have printed as its error.
+pub fn make_shard(words: &[OsString]) -> Result<()> {
+    let mut cli = Cli::try_parse_from(words).map_err(|error| {
+        let problem = error.to_string();
+        let problem = problem.trim_start_matches("error: ").trim_end();
+        Error::usage("the arguments", problem, "see `pickline --help`")
+    })?;
+    let mut is_shard = false;
+    if let Some((parts, common)) = cli.command.shards() {
+        is_shard = parts.shard.is_some();
+        common.quiet = true;
+    }
+    if !is_shard {
+        return Err(Error::usage(
+            "the arguments",
+            "they are not those of a shard",
+            "give one of optimize, compare, sweep and benchmark, with --shard",
+        ));
+    }
+    let arguments = words.iter().skip(1);
+    let arguments = arguments.map(|word| word.to_string_lossy().into_owned());
+    let session = Session::new(arguments.collect()).unattended();
+    run(cli.command, &session).map_err(|error| error.spell_settings(flags::flag))
+}
+
 /// Parses the command line, runs the verb in the session that `prepare` makes of a new one, and
 /// reports an error once.
 fn call(words: &[OsString], prepare: impl FnOnce(Session) -> Session) -> u8 {
@@ -145,29 +174,28 @@ fn not_text(words: &[OsString]) -> Error {
     )
 }
 
-fn run(command: Command, session: &Session) -> Result<()> {
+/// Runs the verb, or the shard of it that is asked for.
+fn run(mut command: Command, session: &Session) -> Result<()> {
+    let Some((parts, common)) = command.shards() else {
+        return run_whole(command, session);
+    };
+    let (parts, force, quiet) = (parts.clone(), common.force, common.quiet);
+    shards::run(&parts, (force, quiet), session, || {
+        run_whole(command, session)
+    })
+}
+
+fn run_whole(command: Command, session: &Session) -> Result<()> {
     match command {
-        Command::Compare(args) => {
-            let (parts, common) = (args.shards.clone(), (args.common.force, args.common.quiet));
-            shards::run(&parts, common, session, || compare::run(*args, session))
-        }
-        Command::Sweep(args) => {
-            let (parts, common) = (args.shards.clone(), (args.common.force, args.common.quiet));
-            shards::run(&parts, common, session, || sweep::run(*args, session))
-        }
-        Command::Optimize(args) => {
-            let (parts, common) = (args.shards.clone(), (args.common.force, args.common.quiet));
-            shards::run(&parts, common, session, || match args.race.race {
-                Some(delta) => race::run(*args, delta, session),
-                None => optimize::run(*args, session),
-            })
-        }
+        Command::Compare(args) => compare::run(*args, session),
+        Command::Sweep(args) => sweep::run(*args, session),
+        Command::Optimize(args) => match args.race.race {
+            Some(delta) => race::run(*args, delta, session),
+            None => optimize::run(*args, session),
+        },
         Command::Game(args) => game::run(*args, session),
         Command::Bound(args) => bound::run(*args, session),
-        Command::Benchmark(args) => {
-            let (parts, common) = (args.shards.clone(), (args.common.force, args.common.quiet));
-            shards::run(&parts, common, session, || benchmark::run(*args, session))
-        }
+        Command::Benchmark(args) => benchmark::run(*args, session),
         Command::Merge(args) => shards::merge(&args, session),
         Command::Simulate(args) => simulate::run(*args, session),
         Command::Check(args) => verification::run(*args, session),

@@ -28,13 +28,22 @@ struct OptimizePlan {
     choice: StationChoice,
     pictures: Pictures,
     chart: &'static ChartKind<OptimumReport>,
-    station: Station,
-    objective: Objective,
-    conditions: Conditions,
+    line: ScoredLine,
     options: OptimizeOptions,
     /// Number of lines of the ranking in the table.
     top: usize,
-    save: Option<SaveTarget>,
+}
+
+/// A line with what its assignments are scored on.
+pub(super) struct ScoredLine {
+    pub(super) station: Station,
+    pub(super) patterns: ScoredPatterns,
+    pub(super) conditions: Conditions,
+    pub(super) objective: Objective,
+    /// The speeds that are tried for the largest belt speed.
+    pub(super) scan: SpeedScan,
+    /// Where the best assignment is saved.
+    pub(super) save: Option<SaveTarget>,
 }
 
 impl OptimizeArgs {
@@ -45,6 +54,25 @@ impl OptimizeArgs {
             shards::refuse(&self.shards, "--time-limit", why)?;
         }
         let chart = pictures::checked::<OptimumReport>(&self.pictures)?;
+        let line = self.line::<OptimumReport>()?;
+        let options = self.options(&line)?;
+        Ok(OptimizePlan {
+            common: self.common,
+            choice: self.station,
+            pictures: self.pictures,
+            chart,
+            line,
+            options,
+            top: self.top,
+        })
+    }
+
+    /// What is optimised, and on what, by the search or by the race whose report is `R`.
+    ///
+    /// # Errors
+    /// Settings, stations and patterns that are invalid or do not fit each other; files that would be read
+    /// and written.
+    pub(super) fn line<R: VerbReport>(&self) -> Result<ScoredLine> {
         let save = self.save.as_ref();
         let save = save.map(|file| SaveTarget::new(&self.station, file.as_deref()));
         let save = save.transpose()?;
@@ -52,40 +80,29 @@ impl OptimizeArgs {
         let station = self.station.load()?;
         self.station.check_conditions(&conditions, &station)?;
         let patterns = self.set.resolve(&self.station)?;
-        self.check_files::<OptimumReport>(&patterns)?;
+        self.check_files::<R>(&patterns)?;
         let scan = SpeedScan::new(self.speed_step, &station)?;
         let objective = Objective::named(&self.objective, scan)?;
         let values = [("--speed-step", &SPEED_STEP, Some(self.speed_step))];
         self.station.check_values(&values)?;
-        let options = self.options(patterns, &conditions, scan, objective)?;
-        Ok(OptimizePlan {
-            common: self.common,
-            choice: self.station,
-            pictures: self.pictures,
-            chart,
+        Ok(ScoredLine {
             station,
-            objective,
+            patterns,
             conditions,
-            options,
-            top: self.top,
+            objective,
+            scan,
             save,
         })
     }
 
     /// The settings of the search.
-    fn options(
-        &self,
-        patterns: ScoredPatterns,
-        conditions: &Conditions,
-        scan: SpeedScan,
-        objective: Objective,
-    ) -> Result<OptimizeOptions> {
+    fn options(&self, line: &ScoredLine) -> Result<OptimizeOptions> {
         let mut options = OptimizeOptions::default()
             .with_seed(self.common.seed)
-            .with_patterns(patterns)
-            .with_conditions(conditions.clone())
-            .with_objective(objective)
-            .with_scan(scan)
+            .with_patterns(line.patterns.clone())
+            .with_conditions(line.conditions.clone())
+            .with_objective(line.objective)
+            .with_scan(line.scan)
             .with_kind(match self.search {
                 SearchArg::Auto => SearchKind::Auto,
                 SearchArg::Exhaustive => SearchKind::Exhaustive,
@@ -111,7 +128,7 @@ impl OptimizeArgs {
     }
 
     /// Checks that what is written is not also read.
-    pub(super) fn check_files<R: VerbReport>(&self, patterns: &ScoredPatterns) -> Result<()> {
+    fn check_files<R: VerbReport>(&self, patterns: &ScoredPatterns) -> Result<()> {
         let source = patterns.source();
         let files = source.files()?;
         let mut read = vec![self.station.file()];
@@ -131,22 +148,23 @@ impl OptimizePlan {
         let shown = WHOLE.with_top(self.top);
         let drawn = self.pictures.draw(self.chart, &report, &shown);
         self.common.deliver(session, &report, &shown, drawn)?;
-        if let Some(target) = &self.save {
-            target.keep(&self.common, session, &self.station, &report.best)?;
+        if let Some(target) = &self.line.save {
+            target.keep(&self.common, session, &self.line.station, &report.best)?;
         }
         Ok(())
     }
 
     fn report(&self, session: &Session) -> Result<OptimumReport> {
-        let study = OptimizeStudy::new(&self.station, &self.options)?;
-        self.choice.check_set(study.set().drawn(), &self.station)?;
+        let study = OptimizeStudy::new(&self.line.station, &self.options)?;
+        self.choice
+            .check_set(study.set().drawn(), &self.line.station)?;
         let set = study.set().scored();
         self.common.remark(&format!(
             "optimizing {} for station {} ({}, belt at {} m/s)\non {}",
-            self.objective.name(),
+            self.line.objective.name(),
             self.choice.station,
-            counted(self.station.robots().len(), "robot"),
-            self.station.belt().speed,
+            counted(self.line.station.robots().len(), "robot"),
+            self.line.station.belt().speed,
             set.description
         ));
         let bar = Bar::new(self.common.quiet);
@@ -157,13 +175,13 @@ impl OptimizePlan {
         };
         let optimized = study.run(&environment)?;
         let (command, seed) = (session.command(), self.common.seed);
-        let (name, station) = (&self.choice.station, &self.station);
+        let (name, station) = (&self.choice.station, &self.line.station);
         let made = Provenance::new(&command, name, station, &set.description, seed);
-        let made = made.under(&self.conditions);
+        let made = made.under(&self.line.conditions);
         let made = made.without(session.missing_shards());
         Ok(OptimumReport::of_study(
             &optimized,
-            self.objective,
+            self.line.objective,
             set,
             &WHOLE,
             made,

@@ -14,13 +14,15 @@ pub(crate) struct Session {
     arguments: Vec<String>,
     /// Whether another program runs this one, so that the executable is not pickline's.
     hosted: bool,
+    /// Whether signals of the process are for others.
+    unattended: bool,
     stop: Arc<AtomicBool>,
     /// Where errors are written while a line runs.
     log: OnceLock<Arc<Log>>,
     /// The units of a call that is made in shards.
     ledger: OnceLock<Ledger>,
     /// Which shards are missing, if some are.
-    without: Option<String>,
+    missing_shards: Option<String>,
 }
 
 /// Flags that make a call a shard, and that they take a value.
@@ -56,19 +58,20 @@ impl Session {
         Self {
             arguments,
             hosted: false,
+            unattended: false,
             stop: Arc::default(),
             log: OnceLock::new(),
             ledger: OnceLock::new(),
-            without: None,
+            missing_shards: None,
         }
     }
 
     /// The session of another call with these arguments, which Ctrl-C stops as this one.
-    /// `without` says which of its shards are missing.
-    pub(crate) fn of_call(&self, arguments: Vec<String>, without: Option<String>) -> Self {
+    /// `missing_shards` says which of its shards are missing.
+    pub(crate) fn of_call(&self, arguments: Vec<String>, missing_shards: Option<String>) -> Self {
         Self {
             hosted: self.hosted,
-            without,
+            missing_shards,
             stop: Arc::clone(&self.stop),
             ..Self::new(arguments)
         }
@@ -85,7 +88,7 @@ impl Session {
 
     /// Which shards are missing, if some are.
     pub(crate) fn missing_shards(&self) -> Option<&str> {
-        self.without.as_deref()
+        self.missing_shards.as_deref()
     }
 
     /// The units of the call's work.
@@ -101,6 +104,15 @@ impl Session {
         }
     }
 
+    /// The session of a call that leaves the signals of its process alone.
+    pub(crate) fn unattended(self) -> Self {
+        Self {
+            hosted: true,
+            unattended: true,
+            ..self
+        }
+    }
+
     /// Whether another program made the call.
     pub(crate) fn is_hosted(&self) -> bool {
         self.hosted
@@ -109,6 +121,9 @@ impl Session {
     /// Makes Ctrl-C ask the work to stop with the best result so far; pressing it again
     /// exits the program.
     pub(crate) fn catch_interrupts(&self) {
+        if self.unattended {
+            return;
+        }
         let stop = Arc::clone(&self.stop);
         let handler = move || {
             if !stop.swap(true, Ordering::Relaxed) {
@@ -146,7 +161,7 @@ impl Session {
 
     /// The command line, as recorded in results.
     pub(crate) fn command(&self) -> String {
-        let words = self.without(&WITHOUT_EFFECT);
+        let words = self.arguments_without(&WITHOUT_EFFECT);
         let words = words.into_iter().map(quoted);
         let words: Vec<String> = std::iter::once("pickline".to_owned())
             .chain(words)
@@ -156,12 +171,12 @@ impl Session {
 
     /// The arguments of the call that this one is a shard of.
     pub(crate) fn arguments_without_shard(&self) -> Vec<String> {
-        let words = self.without(&SHARD);
+        let words = self.arguments_without(&SHARD);
         words.into_iter().map(str::to_owned).collect()
     }
 
     /// The arguments without `flags`, of which each says whether it takes a value.
-    fn without(&self, flags: &[(&str, bool)]) -> Vec<&str> {
+    fn arguments_without(&self, flags: &[(&str, bool)]) -> Vec<&str> {
         let mut words = Vec::new();
         let mut arguments = self.arguments.iter();
         while let Some(argument) = arguments.next() {

@@ -99,3 +99,16 @@ pub(crate) enum Command {
         shell: Option<clap_complete::Shell>,
     },
 }
+
+impl Command {
+    /// The arguments of a verb that can be split into shards.
+    pub(crate) fn shards(&mut self) -> Option<(&mut ShardArgs, &mut Common)> {
+        match self {
+            Self::Optimize(args) => Some((&mut args.shards, &mut args.common)),
+            Self::Compare(args) => Some((&mut args.shards, &mut args.common)),
+            Self::Sweep(args) => Some((&mut args.shards, &mut args.common)),
+            Self::Benchmark(args) => Some((&mut args.shards, &mut args.common)),
+            _ => None,
+        }
+    }
+}
