@@ -22,8 +22,10 @@ from typing import Any
 from pickline._pickline import make_shard, program
 
 VERBS = ("optimize", "compare", "sweep", "benchmark")
-# Shards for each thread of a worker: short enough that all end at about the same time.
-SHARDS_PER_THREAD = 8
+# Shards for each thread of a worker, so that all end at about the same time, and at least: in a call of ten
+# minutes each then takes seconds, and a worker that dies costs no more.
+SHARDS_PER_THREAD = 16
+LEAST_SHARDS = 128
 # How often a shard may lose its worker before it is taken to be what kills them.
 MOST_LOSSES = 50
 
@@ -85,7 +87,7 @@ def _parser() -> argparse.ArgumentParser:
         type=_positive,
         metavar="N",
         help="number of tasks; does not affect the result "
-        f"[default: {SHARDS_PER_THREAD} for each thread of the workers]",
+        f"[default: {SHARDS_PER_THREAD} for each thread of the workers, at least {LEAST_SHARDS}]",
     )
     parser.add_argument(
         "--checkpoint",
@@ -210,7 +212,7 @@ def _run(options: argparse.Namespace, words: list[str], folder: Path, quiet: boo
             tell("waiting for a worker")
             client.wait_for_workers(1)
             threads = sum(client.nthreads().values())
-        count = count or options.shards or SHARDS_PER_THREAD * threads
+        count = count or options.shards or max(LEAST_SHARDS, SHARDS_PER_THREAD * threads)
         tell(f"dashboard {client.dashboard_link}")
         left = [index for index in range(1, count + 1) if index not in found]
         if len(left) < count:
