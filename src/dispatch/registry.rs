@@ -25,6 +25,8 @@ impl Rule {
     pub const FIFO: Self = Self(0);
     /// Shortest processing time.
     pub const SPT: Self = Self(1);
+    /// Priority picking.
+    pub const PP: Self = Self(5);
     /// The first rule of the registry.
     pub(super) const FIRST: Self = Self(0);
 
@@ -82,7 +84,8 @@ mod tests {
 
     #[test]
     fn constants_are_the_rules_of_their_names() {
-        assert_eq!((Rule::FIFO.name(), Rule::SPT.name()), ("FIFO", "SPT"));
+        let names = [Rule::FIFO, Rule::SPT, Rule::PP].map(|rule| rule.name());
+        assert_eq!(names, ["FIFO", "SPT", "PP"]);
     }
 
     #[test]

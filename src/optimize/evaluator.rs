@@ -25,7 +25,7 @@ pub struct Score {
 }
 
 /// The scores of a batch of assignments.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 #[non_exhaustive]
 pub struct Evaluation {
     /// The assignments, in registry order.
@@ -146,6 +146,24 @@ impl<'a> Evaluator<'a> {
         let mut sample = self.with_objective(self.objective);
         sample.order = Arc::new(self.order[..count.min(self.order.len())].to_vec());
         sample
+    }
+
+    /// The same evaluator on the patterns with these indices only.
+    pub(super) fn on_places(&self, places: &[usize]) -> Self {
+        let mut some = self.with_objective(self.objective);
+        some.order = Arc::new(places.to_vec());
+        some
+    }
+
+    /// The pattern with this index on the station.
+    pub(super) fn scene(&self, place: usize) -> &Scene<'a> {
+        &self.scenes[place]
+    }
+
+    /// Counts `runs` that were made elsewhere, in `passes` of one robot.
+    pub(super) fn count(&self, runs: u64, passes: u64) {
+        self.runs.fetch_add(runs, Ordering::Relaxed);
+        self.passes.fetch_add(passes, Ordering::Relaxed);
     }
 
     /// Indices of the patterns on which it evaluates.

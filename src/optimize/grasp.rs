@@ -2,17 +2,22 @@
 //!
 //! Feo and Resende, "Greedy randomized adaptive search procedures", Journal of Global
 //! Optimization 6, 1995 (DOI 10.1007/BF01096763). Each start builds an assignment robot by
-//! robot, choosing at random among the rules that score nearly as well as the best, and then
-//! climbs to a local optimum.
+//! robot, choosing at random among the rules that score nearly as well as the best, climbs to a
+//! local optimum and follows a path to that of another start. Starts judge on a sample of the
+//! patterns. What they scored is then screened over more and more patterns, and the search ends
+//! where no neighbour is better over all of them.
 
 use super::environment::Environment;
-use super::evaluator::Evaluator;
-use super::grasp_walk::{Memo, Walk};
+use super::evaluator::{Evaluation, Evaluator};
+use super::grasp_walk::Walk;
 use super::objective::Risk;
+use super::partial_scores::PartialScores;
 use crate::dispatch::{Rule, RuleAssignment};
 use crate::error::{Error, Result, shown_number};
 use crate::pattern::random_stream;
 use crate::setters::setters;
+use rand::RngExt;
+use rand::rngs::ChaCha8Rng;
 
 /// Settings of GRASP; by default 8 starts, alpha 0.3 and seed 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,7 +61,7 @@ pub struct GraspOutcome {
     pub value: f64,
     /// Number of starts that reached a local optimum.
     pub starts: usize,
-    /// Number of those that ended in the best assignment.
+    /// Number of those that scored the best assignment on their way.
     pub hits: usize,
     /// Moves made by all local searches.
     pub moves: usize,
@@ -114,55 +119,98 @@ impl Grasp {
         (runs, passes)
     }
 
-    /// Runs the search in at most `most` runs (the first score may exceed them); `memo` caches
-    /// scores.
+    /// Runs the search in at most `most` runs (the first score may exceed them), with the scores of
+    /// `enumeration` if there is one. Also returns what it scored on all patterns.
     pub(super) fn run(
         &self,
         evaluator: &Evaluator,
         risk: Risk,
-        memo: &mut Memo,
+        enumeration: Option<&Evaluation>,
         most: u64,
         environment: &Environment,
-    ) -> Result<GraspOutcome> {
-        let mut walk = Walk::new(evaluator, risk, memo, most, environment);
+    ) -> Result<(GraspOutcome, Evaluation)> {
+        let mut scores = PartialScores::new(evaluator, enumeration, self.seed, most);
+        let outcome = self.starts(Walk::new(&mut scores, risk, environment), environment)?;
+        Ok((outcome, scores.into_evaluation()))
+    }
+
+    /// Runs all starts, and then settles which of what they scored is best.
+    fn starts(&self, mut walk: Walk, environment: &Environment) -> Result<GraspOutcome> {
         let mut outcome = GraspOutcome {
             best: None,
             value: f64::NEG_INFINITY,
             starts: 0,
             hits: 0,
             moves: 0,
-            cut: false,
+            cut: !walk.score_uniform()?,
         };
-        outcome.cut |= !walk.score_uniform(most)?;
+        let mut met = Vec::new();
+        let mut elites: Vec<RuleAssignment> = Vec::new();
         let starts = if outcome.cut { 0 } else { self.starts };
         for start in 0..starts {
             let mut rng = random_stream(self.seed, start as u64);
-            let Some((assignment, value, moves)) = walk.one_start(self.alpha, &mut rng)? else {
+            let Some(moves) = self.start(&mut walk, &mut elites, &mut rng)? else {
                 outcome.cut = true;
                 break;
             };
             environment.progress.advance(1);
-            outcome.starts += 1;
-            outcome.moves += moves;
-            if outcome.best.as_ref() == Some(&assignment) {
-                outcome.hits += 1;
-            } else if value > outcome.value {
+            if let Some((best, value)) = walk.incumbent() {
                 environment
                     .progress
-                    .incumbent(&format!("{assignment} {value:.4}"));
-                outcome.best = Some(assignment);
-                outcome.value = value;
-                outcome.hits = 1;
+                    .incumbent(&format!("{best} {value:.4}"));
+            }
+            outcome.starts += 1;
+            outcome.moves += moves;
+            met.push(walk.met());
+        }
+        if !outcome.cut {
+            match walk.settle()? {
+                Some(moves) => outcome.moves += moves,
+                None => outcome.cut = true,
             }
         }
-        // The unfinished start may have scored something better on its way.
-        if outcome.cut
-            && let Some((best, value)) = walk.best_scored()
-        {
-            outcome.best = Some(best);
-            outcome.value = value;
+        if let Some((best, value)) = walk.incumbent() {
+            outcome.hits = met.iter().filter(|met| met.contains(best)).count();
+            outcome.best = Some(best.clone());
+            outcome.value = *value;
         }
         Ok(outcome)
+    }
+
+    /// One start: its local optimum is linked to one of the `elites`, which it joins, and the better of
+    /// both is screened. Returns the moves; `None` if cut short.
+    fn start(
+        &self,
+        walk: &mut Walk,
+        elites: &mut Vec<RuleAssignment>,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Option<usize>> {
+        let Some((mut end, mut moves)) = walk.one_start(self.alpha, rng)? else {
+            return Ok(None);
+        };
+        let others: Vec<&RuleAssignment> = elites.iter().filter(|elite| **elite != end).collect();
+        if !others.is_empty() {
+            let elite = others[rng.random_range(0..others.len())].clone();
+            let Some(between) = walk.relink(&end, &elite)? else {
+                return Ok(None);
+            };
+            let Some((linked, more)) = walk.climb(between)? else {
+                return Ok(None);
+            };
+            moves += more;
+            let mut ends = vec![end.clone(), linked.clone()];
+            ends.dedup();
+            if walk.screen(ends)?.is_none() {
+                return Ok(None);
+            }
+            end = linked;
+        } else if walk.screen(vec![end.clone()])?.is_none() {
+            return Ok(None);
+        }
+        if !elites.contains(&end) {
+            elites.push(end);
+        }
+        Ok(Some(moves))
     }
 }
 

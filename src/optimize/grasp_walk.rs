@@ -1,94 +1,113 @@
-//! The starts of GRASP: each constructs an assignment and climbs to a local optimum.
+//! The starts of GRASP: each constructs an assignment and climbs to a local optimum. They judge on a
+//! sample of the patterns; which of all that they scored is best is then screened over more and more
+//! patterns, and over all of them in the end.
 
-use super::environment::{Environment, Progress};
-use super::evaluator::{Evaluation, Evaluator, Score};
-use super::objective::{Objective, Risk};
+use super::environment::Environment;
+use super::objective::Risk;
+use super::partial_scores::PartialScores;
+use super::screening::{may_win, most_going_on, next_count};
 use crate::dispatch::{Rule, RuleAssignment};
-use crate::error::{Result, counted};
+use crate::error::Result;
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
-use std::collections::HashMap;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::collections::{BTreeSet, HashSet};
 
-/// Scores that were computed once, by assignment.
-pub(super) type Memo = HashMap<RuleAssignment, Score>;
+/// Number of patterns on which starts judge.
+const SAMPLE: usize = 12;
 
 /// The starts of one search: they share scores and a limit on runs.
-pub(super) struct Walk<'w, 'a> {
-    /// The evaluator's run count at which the search has used up its runs.
-    last_run: u64,
-    evaluator: &'w Evaluator<'a>,
-    for_parts: Evaluator<'a>,
-    parts: Memo,
+pub(super) struct Walk<'s, 'w, 'a> {
+    scores: &'s mut PartialScores<'w, 'a>,
     risk: Risk,
-    memo: &'w mut Memo,
-    environment: &'w Environment<'w>,
+    /// Number of patterns on which starts judge.
+    sample: usize,
+    environment: &'s Environment<'s>,
+    /// The best assignment that is scored on all patterns, and its aggregate.
+    incumbent: Option<(RuleAssignment, f64)>,
+    /// What was scored since the current start began.
+    met: HashSet<RuleAssignment>,
+    /// What was scored so far.
+    all_met: BTreeSet<RuleAssignment>,
 }
 
-impl<'w, 'a> Walk<'w, 'a> {
-    /// Starts that use at most `most` runs, except for the first score; `memo` caches scores.
+impl<'s, 'w, 'a> Walk<'s, 'w, 'a> {
+    /// Starts that add to `scores`, within its runs.
     pub(super) fn new(
-        evaluator: &'w Evaluator<'a>,
+        scores: &'s mut PartialScores<'w, 'a>,
         risk: Risk,
-        memo: &'w mut Memo,
-        most: u64,
-        environment: &'w Environment<'w>,
+        environment: &'s Environment<'s>,
     ) -> Self {
         Self {
-            last_run: evaluator.runs().saturating_add(most),
-            evaluator,
-            // A part of the line rarely picks everything at any speed, so its speed limit says
-            // nothing about it; its picked share does.
-            for_parts: match evaluator.objective() {
-                Objective::MaxSpeed(_) => evaluator.with_objective(Objective::PickedShare),
-                other => evaluator.with_objective(other),
-            },
-            parts: Memo::new(),
+            sample: SAMPLE.min(scores.patterns()),
+            scores,
             risk,
-            memo,
             environment,
+            incumbent: None,
+            met: HashSet::new(),
+            all_met: BTreeSet::new(),
         }
     }
 
-    /// Scores one rule for all robots, which is the obvious first attempt, so that the result is
-    /// never worse than that. Returns whether `most` runs were enough to score all of these.
-    pub(super) fn score_uniform(&mut self, most: u64) -> Result<bool> {
-        let robots = self.evaluator.station().robots().len();
+    /// The best of the assignments that are scored on all patterns, with its aggregate; of equal ones
+    /// the first in registry order.
+    pub(super) fn incumbent(&self) -> Option<&(RuleAssignment, f64)> {
+        self.incumbent.as_ref()
+    }
+
+    /// What was scored since the current start began.
+    pub(super) fn met(&mut self) -> HashSet<RuleAssignment> {
+        std::mem::take(&mut self.met)
+    }
+
+    /// Scores one rule for all robots, which is the obvious first attempt. Returns whether there are
+    /// runs for all of these on all patterns; if not, as many are scored as there are runs for, and at
+    /// least one.
+    pub(super) fn score_uniform(&mut self) -> Result<bool> {
+        let robots = self.scores.robots();
         let uniform = Rule::all().map(|rule| RuleAssignment::new(vec![rule; robots]));
         let mut uniform: Vec<RuleAssignment> = uniform.collect();
-        let each = self.evaluator.pattern_count() as f64 * self.evaluator.runs_per_value();
-        let afforded = (most as f64 / each) as usize;
-        let all = uniform.len();
+        let patterns = self.scores.patterns();
+        let afforded = self.scores.afforded(patterns);
+        if afforded >= uniform.len() && self.values(&uniform, self.sample)?.is_some() {
+            return Ok(self.screen(uniform)?.is_some());
+        }
         uniform.truncate(afforded.max(1));
-        let scored = self.values(&uniform, true)?.is_some();
-        Ok(scored && afforded >= all)
+        if !self.scores.extend(&uniform, patterns, self.environment)? {
+            uniform.truncate(1);
+            if !self.scores.insist(&uniform[0], self.environment)? {
+                return Ok(false);
+            }
+        }
+        self.decide(&uniform);
+        Ok(false)
     }
 
-    /// The best of the assignments scored so far, with its aggregate; of equal ones the first in
-    /// registry order.
-    pub(super) fn best_scored(&self) -> Option<(RuleAssignment, f64)> {
-        let (best, value) = best_scored(self.memo, self.risk)?;
-        Some((best.clone(), value))
-    }
-
-    /// A local optimum, its value and the moves to it; `None` if cut short.
+    /// A local optimum on the sample and the moves to it; `None` if cut short.
     pub(super) fn one_start(
         &mut self,
         alpha: f64,
         rng: &mut ChaCha8Rng,
-    ) -> Result<Option<(RuleAssignment, f64, usize)>> {
-        let robots = self.evaluator.station().robots().len();
-        let Some(mut current) = self.construct(robots, alpha, rng)? else {
-            return Ok(None);
-        };
-        let Some(values) = self.values(std::slice::from_ref(&current), true)? else {
+    ) -> Result<Option<(RuleAssignment, usize)>> {
+        match self.construct(self.scores.robots(), alpha, rng)? {
+            Some(begun) => self.climb(begun),
+            None => Ok(None),
+        }
+    }
+
+    /// The local optimum on the sample that the best neighbours lead to from `current`, and the moves
+    /// to it; `None` if cut short.
+    pub(super) fn climb(
+        &mut self,
+        mut current: RuleAssignment,
+    ) -> Result<Option<(RuleAssignment, usize)>> {
+        let Some(values) = self.values(std::slice::from_ref(&current), self.sample)? else {
             return Ok(None);
         };
         let mut value = values[0];
         let mut moves = 0;
         loop {
             let neighbours = neighbours(&current);
-            let Some(values) = self.values(&neighbours, true)? else {
+            let Some(values) = self.values(&neighbours, self.sample)? else {
                 return Ok(None);
             };
             match first_highest(&values) {
@@ -97,9 +116,150 @@ impl<'w, 'a> Walk<'w, 'a> {
                     value = values[best];
                     moves += 1;
                 }
-                _ => return Ok(Some((current, value, moves))),
+                _ => return Ok(Some((current, moves))),
             }
         }
+    }
+
+    /// Path relinking (Resende and Ribeiro 2005, DOI 10.1007/0-387-25383-1_2): the best assignment on
+    /// a way from one to the other. Each step gives one robot the rule that it has in `to`, the one
+    /// that makes most of the sample. `None` if cut short.
+    pub(super) fn relink(
+        &mut self,
+        from: &RuleAssignment,
+        to: &RuleAssignment,
+    ) -> Result<Option<RuleAssignment>> {
+        let mut at = from.clone();
+        let mut best: Option<(RuleAssignment, f64)> = None;
+        loop {
+            let mut steps = Vec::new();
+            for (robot, &rule) in to.rules().iter().enumerate() {
+                if at.rules()[robot] != rule {
+                    let mut rules = at.rules().to_vec();
+                    rules[robot] = rule;
+                    steps.push(RuleAssignment::new(rules));
+                }
+            }
+            // The last step is the other end.
+            if steps.len() <= 1 {
+                return Ok(Some(best.map_or_else(|| from.clone(), |(best, _)| best)));
+            }
+            let Some(values) = self.values(&steps, self.sample)? else {
+                return Ok(None);
+            };
+            let chosen = first_highest(&values).unwrap_or(0);
+            at = steps[chosen].clone();
+            if best
+                .as_ref()
+                .is_none_or(|(_, value)| values[chosen] > *value)
+            {
+                best = Some((at.clone(), values[chosen]));
+            }
+        }
+    }
+
+    /// Screens everything that the starts scored, and then neighbours of the best until none is
+    /// better. Returns the moves; `None` if cut short.
+    pub(super) fn settle(&mut self) -> Result<Option<usize>> {
+        let all = self.all_met.iter().cloned().collect();
+        if self.screen(all)?.is_none() {
+            return Ok(None);
+        }
+        let mut moves = 0;
+        while let Some((best, _)) = self.incumbent.clone() {
+            let neighbours = neighbours(&best);
+            if self.values(&neighbours, self.sample)?.is_none() {
+                return Ok(None);
+            }
+            match self.screen(neighbours)? {
+                None => return Ok(None),
+                Some(false) => break,
+                Some(true) => moves += 1,
+            }
+        }
+        Ok(Some(moves))
+    }
+
+    /// Screens `field`, scored on the sample, against the incumbent. Returns whether there is a new
+    /// incumbent; `None` if cut short.
+    pub(super) fn screen(&mut self, mut field: Vec<RuleAssignment>) -> Result<Option<bool>> {
+        let patterns = self.scores.patterns();
+        let mut count = self.sample;
+        loop {
+            if self.values(&field, count)?.is_none() {
+                return Ok(None);
+            }
+            if count == patterns {
+                return Ok(Some(self.decide(&field)));
+            }
+            let next = next_count(count, patterns);
+            field = self.going_on(field, count, next);
+            count = next;
+            if field.is_empty() {
+                return Ok(Some(false));
+            }
+        }
+    }
+
+    /// Those of `field`, scored on `count` patterns, that are worth scoring on `next` patterns, the
+    /// best first.
+    fn going_on(
+        &self,
+        field: Vec<RuleAssignment>,
+        count: usize,
+        next: usize,
+    ) -> Vec<RuleAssignment> {
+        let patterns = self.scores.patterns();
+        let value = |a: &RuleAssignment| self.scores.aggregate(a, count, self.risk);
+        let mut ranked: Vec<(f64, RuleAssignment)> =
+            field.into_iter().map(|a| (value(&a), a)).collect();
+        ranked.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
+        let first = ranked.first().map(|(value, a)| (*value, a.clone()));
+        let held = self.incumbent.as_ref().map(|(a, _)| (value(a), a.clone()));
+        // The leader so far is the incumbent unless one of the field is ahead of it.
+        let Some((_, leader)) = held
+            .into_iter()
+            .chain(first)
+            .reduce(|a, b| if b.0 > a.0 { b } else { a })
+        else {
+            return Vec::new();
+        };
+        let lead = self.scores.known(&leader);
+        let beaten = self.incumbent.as_ref().map(|(_, value)| *value);
+        let held = self.incumbent.as_ref().map(|(a, _)| a);
+        let going = ranked
+            .into_iter()
+            .map(|(_, a)| a)
+            .filter(|a| Some(a) != held);
+        let going = going.filter(|a| {
+            let values = self.scores.known(a);
+            *a == leader
+                || may_win(
+                    self.risk,
+                    &values[..count],
+                    &lead[..count],
+                    beaten,
+                    patterns,
+                )
+        });
+        let most = most_going_on(self.scores.robots(), self.sample, next);
+        going.take(most).collect()
+    }
+
+    /// Makes the best of `field`, scored on all patterns, the incumbent if it is better. Returns
+    /// whether it is.
+    fn decide(&mut self, field: &[RuleAssignment]) -> bool {
+        let patterns = self.scores.patterns();
+        let mut better = false;
+        for assignment in field {
+            let value = self.scores.aggregate(assignment, patterns, self.risk);
+            let held = self.incumbent.as_ref();
+            if held.is_none_or(|(a, best)| value > *best || (value == *best && assignment < a)) {
+                better |= held.is_none_or(|(_, best)| value > *best);
+                self.incumbent = Some((assignment.clone(), value));
+            }
+        }
+        better
     }
 
     /// An assignment built robot by robot, each rule drawn from the restricted candidate list;
@@ -111,11 +271,11 @@ impl<'w, 'a> Walk<'w, 'a> {
         rng: &mut ChaCha8Rng,
     ) -> Result<Option<RuleAssignment>> {
         let mut rules: Vec<Rule> = Vec::with_capacity(robots);
-        for robot in 0..robots {
+        for _ in 0..robots {
             let options: Vec<RuleAssignment> = Rule::all()
                 .map(|rule| RuleAssignment::new([&rules[..], &[rule]].concat()))
                 .collect();
-            let Some(values) = self.values(&options, robot + 1 == robots)? else {
+            let Some(values) = self.values(&options, self.sample)? else {
                 return Ok(None);
             };
             let eligible = restricted(&values, alpha);
@@ -125,81 +285,21 @@ impl<'w, 'a> Walk<'w, 'a> {
         Ok(Some(RuleAssignment::new(rules)))
     }
 
-    /// The aggregate of each assignment, from the memo if known; `None` if stopped or if too
-    /// few runs are left. `whole`: the assignments are for the whole line.
-    fn values(&mut self, assignments: &[RuleAssignment], whole: bool) -> Result<Option<Vec<f64>>> {
-        let (evaluator, memo) = if whole {
-            (self.evaluator, &mut *self.memo)
-        } else {
-            (&self.for_parts, &mut self.parts)
-        };
-        let unknown: Vec<RuleAssignment> = assignments
-            .iter()
-            .filter(|a| !memo.contains_key(a))
-            .cloned()
-            .collect();
-        if !unknown.is_empty() {
-            let cost = unknown.len() as f64 * evaluator.pattern_count() as f64;
-            let left = self.last_run.saturating_sub(evaluator.runs());
-            // The first score is always computed, so that there is a result.
-            let first = whole && memo.is_empty();
-            if cost * evaluator.runs_per_value() > left as f64 && !first {
-                return Ok(None);
-            }
-            let within = Within {
-                outer: self.environment.progress,
-                assignments: unknown.len(),
-                patterns: evaluator.pattern_count(),
-                done: AtomicU64::new(0),
-            };
-            let environment = Environment {
-                stop: self.environment.stop,
-                progress: &within,
-                ..*self.environment
-            };
-            let mut evaluation = evaluator.evaluate_within(unknown.clone(), left, &environment)?;
-            let scored = evaluation.is_whole(evaluator);
-            if first && !scored && !environment.stopped() {
-                let one = unknown[..1].to_vec();
-                evaluation = evaluator.evaluate(one, &environment)?;
-            }
-            if !evaluation.is_whole(evaluator) {
-                return Ok(None);
-            }
-            let Evaluation {
-                assignments,
-                scores,
-                ..
-            } = evaluation;
-            memo.extend(assignments.into_iter().zip(scores));
+    /// The aggregate of each assignment over the first `count` patterns; `None` if stopped or if too
+    /// few runs are left.
+    fn values(&mut self, assignments: &[RuleAssignment], count: usize) -> Result<Option<Vec<f64>>> {
+        if !self.scores.extend(assignments, count, self.environment)? {
+            return Ok(None);
         }
-        let value = |a: &RuleAssignment| memo.get(a).map(|s| self.risk.aggregate(&s.values));
-        Ok(assignments.iter().map(value).collect())
+        let robots = self.scores.robots();
+        for whole in assignments.iter().filter(|a| a.rules().len() == robots) {
+            if self.met.insert(whole.clone()) {
+                self.all_met.insert(whole.clone());
+            }
+        }
+        let value = |a: &RuleAssignment| self.scores.aggregate(a, count, self.risk);
+        Ok(Some(assignments.iter().map(value).collect()))
     }
-}
-
-/// Progress within a start, which takes minutes on a long line: the evaluator counts patterns,
-/// the search counts starts.
-struct Within<'p> {
-    outer: &'p dyn Progress,
-    assignments: usize,
-    patterns: usize,
-    done: AtomicU64,
-}
-
-impl Progress for Within<'_> {
-    fn begin(&self, _: &str, _: u64, _: &str) {}
-    fn advance(&self, steps: u64) {
-        let done = self.done.fetch_add(steps, Ordering::Relaxed) + steps;
-        self.outer.doing(&format!(
-            "{} at once, pattern {done}/{}",
-            counted(self.assignments, "assignment"),
-            self.patterns
-        ));
-    }
-    fn doing(&self, _: &str) {}
-    fn incumbent(&self, _: &str) {}
-    fn end(&self) {}
 }
 
 /// Indices of the restricted candidate list: values within the share `alpha` of the span from
@@ -240,18 +340,10 @@ fn neighbours(assignment: &RuleAssignment) -> Vec<RuleAssignment> {
     list
 }
 
-/// The best of the assignments in `memo`, as for [`Walk::best_scored`].
-fn best_scored(memo: &Memo, risk: Risk) -> Option<(&RuleAssignment, f64)> {
-    let scored = memo.iter();
-    let scored = scored.map(|(assignment, score)| (assignment, risk.aggregate(&score.values)));
-    let scored = scored.filter(|(_, value)| !value.is_nan());
-    scored.max_by(|(a, value), (b, other)| value.total_cmp(other).then_with(|| b.cmp(a)))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optimize::Grasp;
+    use crate::optimize::{Evaluator, Grasp, Objective};
     use crate::pattern::{Pattern, grid, random_stream};
     use crate::sim::Conditions;
     use crate::station::{Station, built_in};
@@ -299,30 +391,14 @@ mod tests {
         Evaluator::new(station, patterns, Objective::PickingRate, &conditions).unwrap()
     }
 
-    fn walk<'w, 'a>(evaluator: &'w Evaluator<'a>, memo: &'w mut Memo) -> Walk<'w, 'a> {
-        Walk::new(evaluator, Risk::Mean, memo, u64::MAX, &Environment::QUIET)
+    fn scores<'w, 'a>(evaluator: &'w Evaluator<'a>, most: u64) -> PartialScores<'w, 'a> {
+        PartialScores::new(evaluator, None, 5, most)
     }
 
+    /// With few patterns the sample is all of them: a start ends where no neighbour is better, and
+    /// the best of all that was scored is found.
     #[test]
-    fn what_was_scored_best_is_taken_and_of_equal_ones_the_first() {
-        let score = |values: &[f64]| Score {
-            values: values.to_vec(),
-            picked_share: 1.0,
-        };
-        let named = |name: &str| name.parse::<RuleAssignment>().unwrap();
-        let mut memo = Memo::new();
-        assert_eq!(best_scored(&memo, Risk::Mean), None);
-        memo.insert(named("FIFO"), score(&[3.0, 3.0]));
-        memo.insert(named("LPT"), score(&[1.0, 9.0]));
-        memo.insert(named("SPT"), score(&[8.0, 2.0]));
-        memo.insert(named("PP"), score(&[4.0, 4.0]));
-        assert_eq!(best_scored(&memo, Risk::Mean), Some((&named("SPT"), 5.0)));
-        assert_eq!(best_scored(&memo, Risk::Worst), Some((&named("PP"), 4.0)));
-    }
-
-    /// Moves, and the starts that have found the best, are counted as the starts go one by one.
-    #[test]
-    fn starts_and_their_moves_are_counted() {
+    fn starts_climb_to_local_optima() {
         let (station, patterns) = (station(2), patterns());
         let evaluator = evaluator(&station, &patterns);
         let grasp = Grasp {
@@ -330,42 +406,57 @@ mod tests {
             alpha: 1.0,
             seed: 5,
         };
-        let mut memo = Memo::new();
-        let found = grasp.run(
-            &evaluator,
-            Risk::Mean,
-            &mut memo,
-            u64::MAX,
-            &Environment::QUIET,
-        );
-        let found = found.unwrap();
-        let mut memo = Memo::new();
-        let mut walk = walk(&evaluator, &mut memo);
-        let mut ends = Vec::new();
+        let (quiet, mean) = (Environment::QUIET, Risk::Mean);
+        let (found, all) = grasp.run(&evaluator, mean, None, u64::MAX, &quiet).unwrap();
+        let mut scores = scores(&evaluator, u64::MAX);
+        let mut walk = Walk::new(&mut scores, mean, &quiet);
+        let (mut moves, mut climbed) = (0, 0);
         for start in 0..12 {
-            let mut rng = random_stream(5, start);
-            let began = walk.construct(2, 1.0, &mut rng).unwrap().unwrap();
-            let mut rng = random_stream(5, start);
-            let (end, value, moves) = walk.one_start(1.0, &mut rng).unwrap().unwrap();
-            assert_eq!(moves == 0, began == end, "{began} to {end}");
-            let around = walk.values(&neighbours(&end), true).unwrap().unwrap();
-            assert!(around.iter().all(|&near| near <= value), "{end}");
-            ends.push((end, value, moves));
+            let began = walk.construct(2, 1.0, &mut random_stream(5, start));
+            let began = began.unwrap().unwrap();
+            let end = walk.one_start(1.0, &mut random_stream(5, start));
+            let (end, steps) = end.unwrap().unwrap();
+            assert_eq!(steps == 0, began == end, "{began} to {end}");
+            let values = walk.values(&[neighbours(&end), vec![end.clone()]].concat(), 4);
+            let values = values.unwrap().unwrap();
+            let (own, around) = values.split_last().unwrap();
+            assert!(around.iter().all(|near| near <= own), "{end}");
+            moves += steps;
+            climbed += usize::from(steps > 0);
         }
-        let moves: usize = ends.iter().map(|end| end.2).sum();
-        assert!(moves > 1, "{moves}");
-        let best = ends
-            .iter()
-            .map(|end| end.1)
-            .fold(f64::NEG_INFINITY, f64::max);
-        let first = ends.iter().find(|end| end.1 == best).unwrap().0.clone();
-        let hits = ends.iter().filter(|end| end.0 == first).count();
-        assert!(hits > 1);
-        assert_eq!((found.starts, found.moves, found.hits), (12, moves, hits));
-        assert_eq!(
-            (found.best, found.value, found.cut),
-            (Some(first), best, false)
+        assert!(climbed > 1 && moves > 1, "{climbed} {moves}");
+        assert!(
+            found.moves >= moves && found.starts == 12 && found.hits > 1,
+            "{found:?}"
         );
+        let values = all.scores.iter().map(|score| mean.aggregate(&score.values));
+        let best = values.fold(f64::NEG_INFINITY, f64::max);
+        assert_eq!((found.value, found.cut), (best, false));
+        let place = all
+            .assignments
+            .iter()
+            .position(|a| Some(a) == found.best.as_ref());
+        assert_eq!(mean.aggregate(&all.scores[place.unwrap()].values), best);
+    }
+
+    /// The way from one assignment to another leads over what differs, one robot at a time.
+    #[test]
+    fn paths_take_the_best_step_between_two_ends() {
+        let (station, patterns) = (station(3), patterns());
+        let evaluator = evaluator(&station, &patterns);
+        let mut scores = scores(&evaluator, u64::MAX);
+        let quiet = Environment::QUIET;
+        let mut walk = Walk::new(&mut scores, Risk::Mean, &quiet);
+        let read = |text: &str| text.parse::<RuleAssignment>().unwrap();
+        let (from, to) = (read("LPT,LD,LPT"), read("SPT,LD,FIFO"));
+        let between = [read("SPT,LD,LPT"), read("LPT,LD,FIFO")];
+        let values = walk.values(&between, 4).unwrap().unwrap();
+        let better = first_highest(&values).unwrap();
+        let found = walk.relink(&from, &to).unwrap().unwrap();
+        assert_eq!(found, between[better]);
+        // Between neighbours there is nothing.
+        assert_eq!(walk.relink(&from, &between[0]).unwrap(), Some(from.clone()));
+        assert_eq!(walk.relink(&from, &from).unwrap(), Some(from));
     }
 
     /// Scores are had up to the last run that they need; the first one of all in any case.
@@ -376,17 +467,26 @@ mod tests {
             .map(|rule| RuleAssignment::new(vec![rule]))
             .collect();
         let need = (rules.len() * patterns.len()) as u64;
+        let quiet = Environment::QUIET;
         for (runs, enough) in [(need, true), (need - 1, false), (0, false)] {
             let evaluator = evaluator(&station, &patterns);
-            let mut memo = Memo::new();
-            let mut walk = walk(&evaluator, &mut memo);
-            walk.last_run = runs;
-            let values = walk.values(&rules, false).unwrap();
+            let mut scores = scores(&evaluator, runs);
+            let mut walk = Walk::new(&mut scores, Risk::Mean, &quiet);
+            let values = walk.values(&rules, 4).unwrap();
             assert_eq!(
                 values.map(|values| values.len()),
                 enough.then_some(rules.len())
             );
             assert_eq!(evaluator.runs(), if enough { need } else { 0 });
+        }
+        for (runs, scored) in [(4 * 3 + 1, 3), (4, 1), (3, 1), (0, 1)] {
+            let evaluator = evaluator(&station, &patterns);
+            let mut scores = scores(&evaluator, runs);
+            let mut walk = Walk::new(&mut scores, Risk::Mean, &quiet);
+            assert!(!walk.score_uniform().unwrap());
+            assert!(walk.incumbent().is_some());
+            let all = scores.into_evaluation().assignments;
+            assert_eq!(all.len(), scored, "{runs}");
         }
     }
 }

@@ -1,10 +1,9 @@
 //! Finds the best assignment: chooses the method, runs it, and ranks what it scored.
 
 use super::environment::{Deadline, Environment};
-use super::evaluator::{Evaluation, Evaluator, Score};
+use super::evaluator::{Evaluation, Evaluator};
 use super::exact::{self, Proof, prove};
 use super::grasp::GraspOutcome;
-use super::grasp_walk::Memo;
 use super::objective::Risk;
 use super::ranking::{Ranking, TieBreak};
 use super::search::{Optimum, Search, SearchKind, StopReason, USUAL_ITEMS};
@@ -156,7 +155,6 @@ fn run_methods(
         cut = !evaluation.is_whole(judge);
         enumeration = Some(evaluation);
     }
-    let mut memo = Memo::new();
     let mut grasp = None;
     if !matches!(kind, SearchKind::Exhaustive) && !cut {
         let most = match kind {
@@ -164,14 +162,12 @@ fn run_methods(
             _ => left(),
         };
         let known = enumeration.as_ref();
-        let outcome = run_grasp(judge, search, &mut memo, known, most, environment)?;
+        let (outcome, scored) = run_grasp(judge, search, known, most, environment)?;
         cut = outcome.cut;
         grasp = Some(outcome);
+        enumeration.get_or_insert(scored);
     }
-    let mut evaluation = match enumeration {
-        Some(evaluation) => evaluation,
-        None => from_memo(memo, judge),
-    };
+    let mut evaluation = enumeration.unwrap_or_default();
     let mut proof = None;
     if kind == SearchKind::Exact {
         let most = (left() as f64 * (1.0 - FOR_TIES)) as u64;
@@ -193,22 +189,17 @@ fn run_methods(
 fn run_grasp(
     judge: &Evaluator,
     search: &Search,
-    memo: &mut Memo,
     enumeration: Option<&Evaluation>,
     left: u64,
     environment: &Environment,
-) -> Result<GraspOutcome> {
+) -> Result<(GraspOutcome, Evaluation)> {
     let share = if enumeration.is_some() { 0.0 } else { FOR_TIES };
-    if let Some(evaluation) = enumeration {
-        let scores = evaluation.scores.iter().cloned();
-        memo.extend(evaluation.assignments.iter().cloned().zip(scores));
-    }
     let runs = (left as f64 * (1.0 - share)) as u64;
     let starts = search.grasp.starts as u64;
     environment.progress.begin("GRASP", starts, "starts");
     let outcome = search
         .grasp
-        .run(judge, search.risk, memo, runs, environment)?;
+        .run(judge, search.risk, enumeration, runs, environment)?;
     environment.progress.end();
     Ok(outcome)
 }
@@ -316,23 +307,6 @@ fn resolve(search: &Search, most: Option<u64>, evaluator: &Evaluator) -> Result<
             "use 'kind' grasp, or fewer patterns",
         )),
         kind => Ok(kind),
-    }
-}
-
-/// What GRASP scored, in registry order.
-fn from_memo(memo: Memo, evaluator: &Evaluator) -> Evaluation {
-    let mut scored: Vec<(RuleAssignment, Score)> = memo.into_iter().collect();
-    scored.sort_unstable_by(|a, b| a.0.cmp(&b.0));
-    let patterns = if scored.is_empty() {
-        Vec::new()
-    } else {
-        evaluator.places()
-    };
-    let (assignments, scores) = scored.into_iter().unzip();
-    Evaluation {
-        assignments,
-        scores,
-        patterns,
     }
 }
 

@@ -15,16 +15,23 @@ use crate::dispatch::{DispatchingRule, Rule};
 /// Reusable buffers for one scene. Neither a decision nor a pass allocates.
 pub struct Cascade<'a> {
     scene: &'a Scene<'a>,
-    queue: Queue,
-    /// The items that a robot with several places can leave for now.
-    candidates: Vec<Candidate>,
+    buffers: PassBuffers,
     /// For each depth of the tree, the items that the robots so far left, and their figures.
     levels: Vec<Level>,
 }
 
+/// What one robot's pass needs while it lasts.
+#[derive(Clone, Default)]
+pub(super) struct PassBuffers {
+    queue: Queue,
+    /// The items that a robot with several places can leave for now.
+    candidates: Vec<Candidate>,
+}
+
+/// What the robots so far picked and left.
 #[derive(Clone)]
-struct Level {
-    line: LineState,
+pub(super) struct Level {
+    pub line: LineState,
     /// The next robot's queue without claimed items, once it has been requested.
     left: Vec<Candidate>,
     left_is_current: bool,
@@ -34,7 +41,7 @@ struct Level {
 /// of the run, depend on.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct LineState {
-    claims: Claims,
+    pub(super) claims: Claims,
     /// Number of items picked.
     pub picked: usize,
     /// Sum of their rewards.
@@ -62,19 +69,8 @@ impl<'a> Cascade<'a> {
     pub fn new(scene: &'a Scene<'a>) -> Option<Self> {
         scene.is_independent().then(|| Self {
             scene,
-            queue: Queue::default(),
-            candidates: Vec::new(),
-            levels: vec![
-                Level {
-                    line: LineState {
-                        claims: scene.not_offered().clone(),
-                        ..LineState::default()
-                    },
-                    left: Vec::new(),
-                    left_is_current: false,
-                };
-                scene.station().robots().len() + 1
-            ],
+            buffers: PassBuffers::default(),
+            levels: vec![Level::new(scene); scene.station().robots().len() + 1],
         })
     }
 
@@ -132,27 +128,45 @@ impl<'a> Cascade<'a> {
     /// level.
     fn pass(&mut self, robot: usize, rule: Rule, on_pick: &mut impl FnMut(Pick)) {
         let (upstream, rest) = self.levels.split_at_mut(robot + 1);
-        let (before, after) = (&mut upstream[robot], &mut rest[0]);
-        before.find_left(self.scene.queue(robot));
+        let levels = (&mut upstream[robot], &mut rest[0]);
+        self.buffers.pass(self.scene, robot, rule, levels, on_pick);
+    }
+}
+
+impl PassBuffers {
+    /// Simulates `robot` under `rule` with the items that the first level left, and fills the
+    /// second. Returns whether the robot never had two candidates, so that every rule does the same.
+    pub(super) fn pass(
+        &mut self,
+        scene: &Scene,
+        robot: usize,
+        rule: Rule,
+        (before, after): (&mut Level, &mut Level),
+        on_pick: &mut impl FnMut(Pick),
+    ) -> bool {
+        before.find_left(scene.queue(robot));
         let rule: &dyn DispatchingRule = &*rule;
         after.line.claims.reset_to(&before.line.claims);
         let mut picked = before.line.picked;
         let mut weight = 0.0;
         let mut last_release = before.line.last_release;
-        let station = self.scene.station();
+        let mut forced = true;
+        let station = scene.station();
         let items = QueuedItems {
             robot,
             list: &before.left,
-            windows: self.scene.windows(robot),
+            windows: scene.windows(robot),
         };
         let start = station.robots()[robot].start();
         self.queue.reset(start);
         let mut at = Moment::new(station, robot, start, 0.0);
         // Only this robot claims items now, and an item that it claims leaves `active` immediately.
         let none = |_| false;
-        while let Some(time) = self.queue.next_decision(self.scene, &items, none, none) {
+        while let Some(time) = self.queue.next_decision(scene, &items, none, none) {
             at.time = time;
             let active = &mut self.queue.active;
+            // Those that cannot be left for from this place count as well; one is enough.
+            forced &= active.len() == 1;
             let place = if items.windows.is_none() {
                 rule.choose(&at, active)
             } else {
@@ -181,10 +195,38 @@ impl<'a> Cascade<'a> {
         // Summed per robot, as in the event loop, so that both agree to the last bit.
         after.line.weight = before.line.weight + weight;
         after.line.last_release = last_release;
+        forced
     }
 }
 
 impl Level {
+    /// Before the first robot.
+    pub(super) fn new(scene: &Scene) -> Self {
+        Self {
+            line: LineState {
+                claims: scene.not_offered().clone(),
+                ..LineState::default()
+            },
+            left: Vec::new(),
+            left_is_current: false,
+        }
+    }
+
+    /// Becomes a level from which everything but `claims` is left and nothing is counted yet.
+    pub(super) fn restore(&mut self, claims: &[u64]) {
+        self.line.claims.copy_from_words(claims);
+        self.left_is_current = false;
+        self.line.picked = 0;
+        self.line.weight = 0.0;
+        self.line.last_release = 0.0;
+    }
+
+    /// Whether nothing is left for the robot with this `queue`.
+    pub(super) fn is_spent(&mut self, queue: &[Candidate]) -> bool {
+        self.find_left(queue);
+        self.left.is_empty()
+    }
+
     /// Fills `left` from the next robot's whole queue, once for all its rules.
     fn find_left(&mut self, queue: &[Candidate]) {
         if self.left_is_current {

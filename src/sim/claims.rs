@@ -39,6 +39,15 @@ impl Claims {
         self.words.clone_from(&other.words);
     }
 
+    /// The bits, 64 items a word.
+    pub(super) fn words(&self) -> &[u64] {
+        &self.words
+    }
+
+    pub(super) fn copy_from_words(&mut self, words: &[u64]) {
+        self.words.copy_from_slice(words);
+    }
+
     /// The highest index below `items` that is not in the set. This is the last unpicked item to
     /// leave the belt, because patterns are sorted downstream first.
     pub(super) fn last_missing(&self, items: usize) -> Option<usize> {

@@ -157,7 +157,7 @@ impl OptimumReport {
             };
             let starts = match grasp.starts {
                 0 => "no start was completed".to_owned(),
-                starts => format!("{} of {starts} starts ended in its best", grasp.hits),
+                starts => format!("{} of {starts} starts came upon its best", grasp.hits),
             };
             format!("; GRASP (alpha {}): {starts}{gap}", grasp.alpha)
         });
