@@ -16,7 +16,7 @@ trap 'kill $fetching 2>/dev/null || true' EXIT
 # cargo builds nothing of it here.
 cargo test --locked --workspace "$@"
 # The benchmarks' code runs once, so that it cannot rot; `cargo bench` measures.
-cargo test --locked --workspace --bench engines --bench lookahead --bench bound --bench rl
+cargo test --locked --workspace --bench engines --bench passes --bench lookahead --bench bound --bench rl
 wait $fetching || true
 # The pages that reports write, in a browser.
 bash tests/browser/run.sh
@@ -29,6 +29,8 @@ python3 tests/load/latency.py --pickline "${CARGO_TARGET_DIR:-target}/debug/pick
 bash tests/gambit/run.sh
 # Look-ahead and the bound against the optimum of small lines, by two foreign solvers.
 bash tests/optimality/run.sh
+# Picks against those of the model as a SimPy program.
+bash tests/simpy/run.sh
 # Travel times of arms against a trajectory generator.
 bash tests/ruckig/run.sh
 # Recordings of live runs, read by the mcap package of Python.
