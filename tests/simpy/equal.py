@@ -3,8 +3,8 @@
 usage: equal.py PICKLINE
 """
 
-import csv
 import itertools
+import json
 import subprocess
 import sys
 import tempfile
@@ -31,25 +31,22 @@ def crowded(paper: str) -> str:
 
 
 def picks_of(pickline: str, station: str, pattern: str, rules: str) -> list[Pick]:
-    """The picks of `pickline simulate` in order of decision."""
+    """The picks of `pickline simulate`, in order of decision."""
     command = [pickline, "simulate", "--quiet", "--no-bound", "--station", station, "--pattern", pattern]
-    command += ["--strategy", f"rules:{rules}", "--format", "csv"]
+    command += ["--strategy", f"rules:{rules}", "--format", "json"]
     printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     return [
-        Pick(
-            int(row["robot"].removeprefix("r")) - 1,
-            int(row["item"]) - 1,
-            float(row["decide_s"]),
-            float(row["grasp_s"]),
-            float(row["release_s"]),
-        )
-        for row in csv.DictReader(printed.splitlines())
+        Pick(pick["robot"], int(pick["item"]) - 1, pick["decide_s"], pick["grasp_s"], pick["release_s"])
+        for pick in json.loads(printed)["picks"]
     ]
 
 
 def main() -> None:
-    pickline = sys.argv[1]
-    folder = Path(tempfile.mkdtemp())
+    with tempfile.TemporaryDirectory() as folder:
+        compare(sys.argv[1], Path(folder))
+
+
+def compare(pickline: str, folder: Path) -> None:
     ask = lambda *words: subprocess.run([pickline, *words], check=True, capture_output=True, text=True).stdout
     runs, taken_away = 0, 0
     for name, robots, speed, kind, assignments in CASES:
