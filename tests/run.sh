@@ -16,7 +16,7 @@ trap 'kill $fetching 2>/dev/null || true' EXIT
 # cargo builds nothing of it here.
 cargo test --locked --workspace "$@"
 # The benchmarks' code runs once, so that it cannot rot; `cargo bench` measures.
-cargo test --locked --workspace --bench engines --bench passes --bench lookahead --bench bound --bench rl
+cargo test --locked --workspace --bench engines --bench passes --bench lookahead --bench bound --bench rl --bench search
 wait $fetching || true
 # The pages that reports write, in a browser.
 bash tests/browser/run.sh

@@ -182,7 +182,11 @@ impl<'a> PrefixGraph<'a> {
             place = node.alike;
         }
         let number = self.nodes.len() as u32;
-        let missing = self.after.line.claims.last_missing(self.scene.pattern().len());
+        let missing = self
+            .after
+            .line
+            .claims
+            .last_missing(self.scene.pattern().len());
         self.nodes.push(Node {
             robots,
             picked,
@@ -252,7 +256,7 @@ mod tests {
             let mut order: Vec<usize> = (0..expected.len()).collect();
             order.shuffle(&mut random_stream(1, 0));
             let mut passes = Vec::new();
-            for memory in [MEMORY, 20_000] {
+            for memory in [MEMORY, 1_000] {
                 let mut graph = PrefixGraph::new(&scene, memory).unwrap();
                 for &place in &order {
                     let found = graph.figures(tree.assignments()[place].rules());

@@ -66,29 +66,36 @@ fn the_worst_pattern_of_a_sample_has_its_index_in_the_set() {
     }
 }
 
-/// The gap is what the best of all has more than what GRASP found, also where one start at
-/// random climbs to a local optimum and no further.
+/// The gap is what the best of all has more than what GRASP found, also where a single start at random
+/// climbs to a local optimum and no further.
 #[test]
 fn the_gap_says_what_grasp_missed() {
-    let line = built_in("paper").unwrap().station(Some(3)).unwrap();
-    let recipe = Recipe::new(*line.belt(), 40, 1);
-    let dense: PatternSource = "poisson:0.12:5".parse().unwrap();
-    let patterns = dense.build(&recipe).unwrap().patterns;
+    let line = built_in("paper").unwrap().station(Some(4)).unwrap();
+    let line = line.with_belt_speed(0.12).unwrap();
     let plain = Conditions::default();
-    let evaluator = Evaluator::new(&line, &patterns, Objective::PickingRate, &plain).unwrap();
-    let how = enumeration()
-        .with_kind(SearchKind::Both)
-        .with_grasp(Grasp::default().with_starts(1).with_alpha(1.0));
-    let found = find_optimum(&evaluator, &how, &environment(&GO_ON)).unwrap();
-    let reached = found.grasp.unwrap().best.unwrap();
-    let mean = |rules: &RuleAssignment| {
-        let rates = patterns
-            .iter()
-            .map(|p| rate(&figures(&line, p, &plain, rules)));
-        rates.sum::<f64>() / 5.0
-    };
-    let highest = RuleAssignment::all(3).map(|rules| mean(&rules));
-    let gap = highest.fold(0.0, f64::max) - mean(&reached);
-    assert!(gap > 1.0, "{reached} is no worse than the best by {gap}");
-    assert!((found.grasp_gap.unwrap() - gap).abs() < 1e-9);
+    let dense: PatternSource = "poisson:0.12:3".parse().unwrap();
+    let mut missed = 0;
+    for seed in 1..=12 {
+        let recipe = Recipe::new(*line.belt(), 60, seed);
+        let patterns = dense.build(&recipe).unwrap().patterns;
+        let evaluator = Evaluator::new(&line, &patterns, Objective::PickingRate, &plain).unwrap();
+        let how = enumeration()
+            .with_kind(SearchKind::Both)
+            .with_grasp(Grasp::default().with_starts(1).with_alpha(1.0));
+        let found = find_optimum(&evaluator, &how, &environment(&GO_ON)).unwrap();
+        let reached = found.grasp.unwrap().best.unwrap();
+        let mean = |rules: &RuleAssignment| {
+            let rates = patterns
+                .iter()
+                .map(|p| rate(&figures(&line, p, &plain, rules)));
+            rates.sum::<f64>() / 3.0
+        };
+        let highest = RuleAssignment::all(4).map(|rules| mean(&rules));
+        let gap = highest.fold(0.0, f64::max) - mean(&reached);
+        assert!((found.grasp_gap.unwrap() - gap).abs() < 1e-9, "seed {seed}");
+        if gap > 0.01 {
+            missed += 1;
+        }
+    }
+    assert!(missed > 0, "one start never misses the best");
 }
