@@ -119,7 +119,7 @@ impl Line {
     }
 
     /// The same with the windows computed anew for each assignment.
-    fn from_nothing(&self) -> usize {
+    fn with_windows_anew(&self) -> usize {
         let run = |rules: &RuleAssignment| {
             let outcome = simulate_rules(&self.scene(), rules).unwrap();
             outcome.figures.picked
@@ -168,7 +168,7 @@ impl Line {
                 self.one_by_one(&scene)
             }),
             cost("event loop and windows", robots, one_by_one, &|| {
-                self.from_nothing()
+                self.with_windows_anew()
             }),
         ]
     }
@@ -222,7 +222,7 @@ fn main() {
                 }
             }
         } else {
-            assert_eq!(line.by_tree(&line.scene()).0, line.from_nothing());
+            assert_eq!(line.by_tree(&line.scene()).0, line.with_windows_anew());
             line.picks();
         }
     }
