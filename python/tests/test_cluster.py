@@ -11,7 +11,7 @@ from distributed import LocalCluster
 
 PROGRAM = os.environ["PICKLINE"]
 COMPARE = "compare --robots 2 --robust SPT,FIFO --no-policy --replicates 8 --format json -q".split()
-PATIENCE = 120.0
+PATIENCE = 300.0
 
 
 @pytest.fixture
